@@ -84,8 +84,10 @@ std::vector<std::pair<std::string, double>> values_of(const P& p) {
 }
 
 template <typename P>
-Experiment make_with(std::string_view name, const std::vector<std::pair<std::string, double>>& set) {
+Experiment make_with(std::string_view name, const std::vector<std::pair<std::string, double>>& set,
+                     const Forcing& drive) {
   P parameters;
+  parameters.drive = drive;
   for (const auto& [key, value] : set) {
     constexpr auto fields = fields_of<P>();
     const auto* field =
@@ -125,10 +127,10 @@ void add_sign_switches(System& system, bool with_z) {
                         .settle = [](int i, int, double, double* y) { y[i + 1] = 0.0; }});
 }
 
-std::function<double(double)> cosine(double omega) {
+Forcing cosine(double omega) {
   return [omega](double t) { return std::cos(omega * t); };
 }
-std::function<double(double)> sine(double omega) {
+Forcing sine(double omega) {
   return [omega](double t) { return std::sin(omega * t); };
 }
 
@@ -137,7 +139,7 @@ const TrueTerm velocity_row{1, "v", "v", 1.0};
 }  // namespace
 
 Experiment make_experiment(const Linear& p) {
-  Duffing cubic{p.omega_n, p.zeta, 0.0, p.force_n, p.ratio, p.x0, p.v0};
+  Duffing cubic{p.omega_n, p.zeta, 0.0, p.force_n, p.ratio, p.x0, p.v0, p.drive};
   Experiment e = make_experiment(cubic);
   e.system.name = "linear";
   e.parameters = values_of(p);
@@ -149,7 +151,7 @@ Experiment make_experiment(const Duffing& p) {
   Experiment e;
   e.omega_n = p.omega_n;
   const double k = p.omega_n * p.omega_n, c = 2.0 * p.zeta * p.omega_n, k3 = p.epsilon * k, force = p.force_n;
-  const auto f = cosine(p.ratio * p.omega_n);
+  const Forcing f = p.drive ? p.drive : cosine(p.ratio * p.omega_n);
   e.system = {.name = "duffing", .states = {"x", "v"}, .rhs = [=](double t, const double* y, int, double* dydt) {
                 dydt[0] = y[1];
                 dydt[1] = force * f(t) - c * y[1] - k * y[0] - k3 * y[0] * y[0] * y[0];
@@ -164,7 +166,7 @@ Experiment make_experiment(const Duffing& p) {
 Experiment make_experiment(const Coulomb& p) {
   Experiment e;
   e.omega_n = std::sqrt(p.k / p.m);
-  const auto f = cosine(p.ratio * e.omega_n);
+  const Forcing f = p.drive ? p.drive : cosine(p.ratio * e.omega_n);
   // Mode: the sign of v, 0 for stick.
   const auto pull = [=](double t, const double* y) { return p.force_n * f(t) - p.k * y[0]; };
   e.system = {.name = "coulomb", .states = {"x", "v"}, .rhs = [=](double t, const double* y, int mode, double* dydt) {
@@ -191,7 +193,7 @@ Experiment make_experiment(const BoucWen& p) {
   if (!(p.alpha > 0.0)) throw std::invalid_argument(fmt::format("bouc-wen: alpha must be positive, got {}", p.alpha));
   Experiment e;
   e.omega_n = std::sqrt(p.k / p.m);
-  const auto f = cosine(p.ratio * e.omega_n);
+  const Forcing f = p.drive ? p.drive : cosine(p.ratio * e.omega_n);
   // With the force s = k z: s' = k v - delta s |s|^(alpha-1) k^(1-alpha) |v| - gamma |s|^alpha k^(1-alpha) v.
   const double scale = std::pow(p.k, 1.0 - p.alpha), delta = p.delta * scale, gamma = p.gamma * scale;
   e.system = {
@@ -227,7 +229,7 @@ template <typename P, typename Restoring>
 Experiment valanis(const P& p, const char* name, Restoring restoring) {
   Experiment e;
   e.omega_n = std::sqrt(p.k / p.m);
-  const auto f = sine(p.ratio * e.omega_n);
+  const Forcing f = p.drive ? p.drive : sine(p.ratio * e.omega_n);
   e.system = {.name = name, .states = {"x", "v", "z"}, .rhs = [=](double t, const double* y, int mode, double* dydt) {
                 const double v_sign = signs_of(mode).v;
                 dydt[0] = y[1];
@@ -286,7 +288,7 @@ Experiment make_experiment(const Valanis4& p) {
 
 namespace {
 
-using Make = Experiment (*)(std::string_view, const std::vector<std::pair<std::string, double>>&);
+using Make = Experiment (*)(std::string_view, const std::vector<std::pair<std::string, double>>&, const Forcing&);
 constexpr std::array<std::pair<std::string_view, Make>, 8> experiments = {{{"linear", make_with<Linear>},
                                                                            {"duffing", make_with<Duffing>},
                                                                            {"coulomb", make_with<Coulomb>},
@@ -304,10 +306,11 @@ std::vector<std::string> experiment_names() {
   return names;
 }
 
-Experiment make_experiment(std::string_view name, const std::vector<std::pair<std::string, double>>& set) {
+Experiment make_experiment(std::string_view name, const std::vector<std::pair<std::string, double>>& set,
+                           const Forcing& drive) {
   for (const auto& [known, make] : experiments)
     if (name == known) {
-      Experiment experiment = make(name, set);
+      Experiment experiment = make(name, set, drive);
       if (!experiment.initial.allFinite())
         throw std::invalid_argument(
             fmt::format("{}: an initial value is beyond what a double holds. Lower x0, v0, z0 or k", name));

@@ -62,7 +62,7 @@ int check_one_body(const Config& config, const RunArguments& arguments, Console&
 int check(const RunArguments& arguments, Console& console) {
   const Config config = config_of(arguments);
   try {
-    return check_one_body(config, arguments, console);
+    if (config.inner == ident::Inner::none) return check_one_body(config, arguments, console);
   } catch (const dsp::Fault& fault) {
     if (!is_of_bodies(fault)) throw;
   }

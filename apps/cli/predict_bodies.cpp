@@ -57,7 +57,7 @@ struct Prediction {
 Prediction predicted(const ident::BodiesModel& model, ident::BodiesRecord given, int num_threads) {
   Prediction prediction{.record = as_equations_want(std::move(given), model.layout), .positions = {}, .nmse = {}};
   const ident::BodiesRecord& record = prediction.record;
-  std::vector<double> state(static_cast<std::size_t>(2 * model.layout.num_bodies), 0.0);
+  std::vector<double> state(static_cast<std::size_t>(model.layout.num_states()), 0.0);
   double scale = 1.0;
   if (record.num_bodies > 0) {
     constexpr double most_s = 2.0, of_record = 0.125;
@@ -104,12 +104,14 @@ std::string json_of(const Prediction& prediction) {
   return text_of(document);
 }
 
-CsvTable table_of(const Prediction& prediction) {
+CsvTable table_of(const Prediction& prediction, const ident::BodiesLayout& layout) {
   const Index n = prediction.positions.cols();
   const bool is_recorded = prediction.record.num_bodies > 0;
   CsvTable table{"predict.csv", "t", static_cast<std::size_t>(prediction.positions.rows()), {}};
-  for (Index body = 1; body <= n; ++body)
-    table.header += is_recorded ? fmt::format(",x{0},x{0}_predicted", body) : fmt::format(",x{}_predicted", body);
+  for (int body = 1; body <= n; ++body) {
+    const std::string x = layout.named('x', body);
+    table.header += is_recorded ? fmt::format(",{0},{0}_predicted", x) : fmt::format(",{}_predicted", x);
+  }
   table.header += "\n";
   table.fill = [&prediction, n, is_recorded](std::size_t row, RowWriter& cells) {
     const Index k = prediction.first + static_cast<Index>(row);
@@ -122,15 +124,17 @@ CsvTable table_of(const Prediction& prediction) {
   return table;
 }
 
-std::string text_of_prediction(const Prediction& prediction) {
-  std::string text =
-      fmt::format("{}: free run of {} bodies\n", printable(prediction.record.name), prediction.positions.cols());
-  for (Index body = 0; body < prediction.nmse.size(); ++body)
+std::string text_of_prediction(const Prediction& prediction, const ident::BodiesLayout& layout) {
+  std::string text = fmt::format("{}: free run{}\n", printable(prediction.record.name),
+                                 layout.num_bodies == 1 ? "" : fmt::format(" of {} bodies", layout.num_bodies));
+  for (Index body = 0; body < prediction.nmse.size(); ++body) {
+    const std::string x = layout.named('x', static_cast<int>(body) + 1);
     text += std::isfinite(prediction.nmse(body))
-                ? fmt::format("  x{}  NMSE {:.2g}, an error of {:.2g} % of its rms\n", body + 1, prediction.nmse(body),
+                ? fmt::format("  {}  NMSE {:.2g}, an error of {:.2g} % of its rms\n", x, prediction.nmse(body),
                               100.0 * std::sqrt(prediction.nmse(body)))
-                : fmt::format("  x{}  {}\n", body + 1,
+                : fmt::format("  {}  {}\n", x,
                               prediction.record.num_bodies > 0 ? "runs away" : "predicted; it was not recorded");
+  }
   return text;
 }
 
@@ -151,18 +155,19 @@ int predict_bodies(const PredictArguments& arguments, const GlobalOptions& globa
   dsp::ReadOptions options;
   options.sidecar = arguments.sidecar;
   const dsp::Recording recording = dsp::read_recording(arguments.recording, options);
-  const Prediction prediction = predicted(model, ident::bodies_record(recording), thread_count(global));
+  const Prediction prediction =
+      predicted(model, ident::bodies_record(recording, model.layout.num_bodies == 1), thread_count(global));
   const std::string document = json_of(prediction);
   folder.write("predict.json", document);
   OutputFile series = folder.file("predict.csv");
-  write_table(table_of(prediction), [&](std::string_view rows) { series.write(rows); });
+  write_table(table_of(prediction, model.layout), [&](std::string_view rows) { series.write(rows); });
   series.close();
   for (const std::filesystem::path& file : {equation_file, arguments.recording})
     add_input(manifest, file, folder.destination());
   manifest.warnings = console.warnings();
   folder.commit(std::move(manifest));
   console.result(console.json() ? document
-                                : fmt::format("{}results are in {}\n", text_of_prediction(prediction),
+                                : fmt::format("{}results are in {}\n", text_of_prediction(prediction, model.layout),
                                               folder.destination().string()));
   if (prediction.positions.allFinite()) return 0;
   console.error("predict.no_free_run", fmt::format("{}: the equations run away", recording.name));

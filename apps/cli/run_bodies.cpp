@@ -23,13 +23,16 @@ using Eigen::Index;
 void refuse_settings(const Config& config) {
   const std::string& name = config.recordings.front().name;
   const auto refuse = [&](const std::string& found, const std::string& remedy) {
-    throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",
-                     fmt::format("{}: {} with a recording of several bodies. {}", name, found, remedy));
+    throw dsp::Fault(
+        dsp::FaultKind::usage, "bodies.config",
+        fmt::format("{}: {} with {}. {}", name, found,
+                    config.inner == ident::Inner::none ? "a recording of several bodies" : "[library] inner", remedy));
   };
   if (config.recordings.size() > 1) refuse("several recordings", "Run each alone");
   if (!config.test_recordings.empty()) refuse("use = \"test\"", "Try ardent predict RUN RECORDING");
   if (!config.ranges.empty()) refuse("[[range]]", "Leave it out; [fit] train_share says how much is fitted");
-  if (config.fit.target != "a") refuse("target = \"" + config.fit.target + "\"", "Their targets are a1, a2 ...");
+  if (config.fit.target != "a")
+    refuse("target = \"" + config.fit.target + "\"", "The target is the acceleration of each body");
   if (config.fit.stage == ident::Stage::regression) refuse("stage = \"regression\"", "Leave `stage` out");
 }
 
@@ -45,13 +48,13 @@ dsp::Motion signals_of(const ident::BodiesRecord& record) {
   const Index n = record.samples.rows();
   motion.signals.push_back(
       {"t", "s", Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) / record.sample_rate_hz});
-  const auto prefix = [](const dsp::Channel& channel) {
-    constexpr const char* letters[] = {"x", "v", "a"};
-    return letters[dsp::info_of(channel.role).order];
+  const ident::BodiesLayout layout{.num_bodies = record.num_bodies};
+  const auto name_of = [&](const dsp::Channel& channel) {
+    return layout.named("xva"[dsp::info_of(channel.role).order], channel.body);
   };
   for (Index j = 0; j < record.samples.cols(); ++j) {
     const dsp::Channel& channel = record.channels[static_cast<std::size_t>(j)];
-    motion.signals.push_back({fmt::format("{}{}", prefix(channel), channel.body), channel.unit, record.samples.col(j)});
+    motion.signals.push_back({name_of(channel), channel.unit, record.samples.col(j)});
   }
   for (Index j = 0; j < record.input_samples.cols(); ++j)
     motion.signals.push_back({record.inputs[static_cast<std::size_t>(j)], "", record.input_samples.col(j)});
@@ -69,11 +72,18 @@ BodiesInput read_bodies(const Config& config, const RunArguments& arguments, Con
   dsp::Recording samples = dsp::read_recording(reader, options.max_memory_bytes);
   samples.name = recording.name;
   if (!reader.sidecar().ranges.empty())
+    throw dsp::Fault(
+        dsp::FaultKind::usage, "bodies.config",
+        fmt::format("{}: [[range]] in its sidecar, with {}. Leave it out; [fit] train_share says how much "
+                    "is fitted",
+                    recording.name, config.inner == ident::Inner::none ? "several bodies" : "[library] inner"));
+  const bool one_body = config.inner != ident::Inner::none;
+  BodiesInput result{.input = {}, .record = ident::bodies_record(samples, one_body)};
+  if (one_body && result.record.num_bodies != 1)
     throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",
-                     fmt::format("{}: [[range]] in its sidecar, with several bodies. Leave it out; [fit] train_share "
-                                 "says how much is fitted",
-                                 recording.name));
-  BodiesInput result{.input = {}, .record = ident::bodies_record(samples)};
+                     fmt::format("{}: {} bodies with [library] inner, which is for one. Leave it out, or the channels "
+                                 "of the other bodies",
+                                 recording.name, result.record.num_bodies));
   Input& input = result.input;
   input.prepared.name = recording.name;
   input.files = reader.files();
@@ -109,7 +119,8 @@ int exit_code_of(const ident::BodiesResult& result, const RunArguments& argument
 CsvTable free_run_table(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
   const Index n = record.num_bodies, first = result.run.samples.first;
   CsvTable table{"predictions.csv", "t", static_cast<std::size_t>(result.run.positions.rows()), {}};
-  for (Index body = 1; body <= n; ++body) table.header += fmt::format(",x{0},x{0}_free_run", body);
+  for (int body = 1; body <= n; ++body)
+    table.header += fmt::format(",{0},{0}_free_run", result.model.layout.named('x', body));
   table.header += "\n";
   table.fill = [&result, &record, n, first](std::size_t row, RowWriter& cells) {
     const auto k = static_cast<Index>(row);
@@ -133,9 +144,11 @@ RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunAr
   const auto [input, record] = read_bodies(config, arguments, console);
   (void)results.add_files({input}, hashes);
   refuse_warnings(arguments.strict, console);
-  console.step(fmt::format("identifying the equations of {} bodies together", record.num_bodies));
-  const ident::BodiesResult found =
-      ident::identify_bodies(record, {library_of(config), config.fit.train_fraction, arguments.num_threads});
+  console.step(config.inner == ident::Inner::none
+                   ? fmt::format("identifying the equations of {} bodies together", record.num_bodies)
+                   : "identifying the equation of motion with and without a memory");
+  const ident::BodiesResult found = ident::identify_bodies(
+      record, {library_of(config), config.inner, config.fit.train_fraction, arguments.num_threads});
   RunOutcome outcome;
   outcome.config = config, outcome.files = input.files;
   outcome.report = to_text(bodies_screen(found, record));
@@ -166,8 +179,8 @@ std::string check_bodies(const Config& config, const RunArguments& arguments, Co
   for (const dsp::Check& found : input.prepared.checks)
     text += fmt::format("{:<8} {}: {}: {}{}\n", to_string(found.status), input.prepared.name, found.name,
                         printable(channel_prefix(found)), printable(found.message));
-  return text + fmt::format("{:<8} {} bodies, {} samples at {:.9g} Hz; inputs: {}\n", "ok", record.num_bodies,
-                            record.samples.rows(), record.sample_rate_hz,
+  return text + fmt::format("{:<8} {} {}, {} samples at {:.9g} Hz; inputs: {}\n", "ok", record.num_bodies,
+                            record.num_bodies == 1 ? "body" : "bodies", record.samples.rows(), record.sample_rate_hz,
                             record.inputs.empty() ? "none" : fmt::format("{}", fmt::join(record.inputs, ", ")));
 }
 

@@ -286,6 +286,7 @@ RunOutcome run_one_body_into(RunFolder& results, const Config& config, const Run
 }  // namespace
 
 RunOutcome run_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
+  if (config.inner != ident::Inner::none) return run_bodies_into(results, config, arguments, console);
   try {
     return run_one_body_into(results, config, arguments, console);
   } catch (const dsp::Fault& fault) {  // known once the recording is open, which of a large table takes a while

@@ -9,7 +9,6 @@
 #include "apps/config/parameter_settings.hpp"
 #include "apps/output/truth_json.hpp"
 #include "dsp/memory_limit.hpp"
-#include "dsp/read_recording.hpp"
 #include "sim/chain.hpp"
 #include "sim/simulate.hpp"
 
@@ -29,20 +28,6 @@ double taken(Settings& set, const std::string& name, double preset) {
   const double value = found->second;
   set.erase(found);
   return value;
-}
-
-/// The force or base motion of a recording: its channel of that role, else the only one.
-sim::Drive drive_of_file(const std::filesystem::path& file, bool is_base, double& duration_s) {
-  const dsp::Recording recording = dsp::read_recording(file, {.uncalibrated = true});
-  Eigen::Index column = recording.find(is_base ? dsp::Role::r : dsp::Role::f);
-  if (column < 0 && recording.channels.size() == 1) column = 0;
-  if (column < 0)
-    throw dsp::Fault(dsp::FaultKind::input, "sim.drive",
-                     fmt::format("{}: no channel is the {}. Want a column called {}", recording.name,
-                                 is_base ? "displacement of the base" : "force", is_base ? "r" : "f"));
-  if (duration_s == 0.0) duration_s = static_cast<double>(recording.samples.rows() - 1) / recording.sample_rate_hz;
-  const Eigen::VectorXd samples = recording.samples.col(column);
-  return sim::recorded_drive({samples.begin(), samples.end()}, recording.sample_rate_hz);
 }
 
 std::string response_of(const sim::Simulation& run, const sim::Chain& chain, const sim::Drive& drive, double noise,
@@ -81,7 +66,7 @@ std::vector<std::string> simulate_chain(const SimulateArguments& arguments, cons
                                                         rms > 0.0           ? rms
                                                         : chain.base_driven ? base_m
                                                                             : force_n)
-                                    : drive_of_file(arguments.drive, chain.base_driven, duration_s);
+                                    : recorded_drive(arguments.drive, chain.base_driven, duration_s);
     experiment = sim::make_experiment(chain, drive);
   } catch (const std::invalid_argument& error) {
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));

@@ -40,9 +40,10 @@ void run_simulate(const SimulateArguments& arguments, Console& console) {
                      {"sensors", ordered_json::object()}};
   OutputFolder folder(arguments.folder, arguments.force);
   Manifest manifest = begin_manifest("sim", arguments.command_line, arguments.seed, folder.destination());
-  if (!arguments.drive.empty() && arguments.system != "chain")
-    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
-                     fmt::format("sim {}: --drive belongs to chain", dsp::clean_name(arguments.system)));
+  if (!arguments.drive.empty() && arguments.system == "qzs")
+    throw dsp::Fault(
+        dsp::FaultKind::usage, "sim.option",
+        fmt::format("sim {}: --drive is not of qzs, which its programme drives", dsp::clean_name(arguments.system)));
   auto files = arguments.system == "chain" ? simulate_chain(arguments, folder, console, truth)
                : arguments.system != "qzs" ? simulate_system(arguments, folder, console, truth)
                : arguments.frc             ? sweep_rig(arguments, folder, console, truth)
@@ -81,7 +82,7 @@ Command simulate_command() {
            {"--duration", &typed->duration_s, "Length in seconds."},
            {"--drive",
             &typed->drive,
-            "chain: a recording whose force f drives it, or whose r where --set base=1.",
+            "A recording whose force f drives the system in place of a sine; chain with --set base=1: whose r.",
             {.name = "FILE"}},
            {"--frc", &typed->frc,
             "qzs: amplitude against frequency, swept up and down; --set from_hz, to_hz, step_hz, dwell_s, "

@@ -9,6 +9,7 @@
 #include "apps/cli/simulate_command.hpp"
 #include "apps/process/output_folder.hpp"
 #include "dsp/fault.hpp"
+#include "sim/chain.hpp"
 
 // What `ardent sim` does for one kind of system each: files into `folder`, what is true of them into `truth`. They
 // return the names of the files and throw as run_simulate.
@@ -35,6 +36,10 @@ std::vector<std::string> sweep_rig(const SimulateArguments& arguments, const Out
 
 /// Throws dsp::Fault (usage, "sim.option") where an option is set that the rig alone has.
 void refuse_options_of_rig(const SimulateArguments& arguments);
+
+/// The force or base motion of a recording: its channel of that role, else the only one. A duration of zero becomes
+/// the recording's. Throws dsp::Fault (input, "sim.drive") where there is none.
+[[nodiscard]] sim::Drive recorded_drive(const std::filesystem::path& file, bool is_base, double& duration_s);
 
 /// White noise of this fraction of the standard deviation of a signal, by the seed and a number of its own.
 void add_noise(Eigen::Ref<Eigen::VectorXd> signal, double fraction, std::uint64_t seed, std::uint64_t number);

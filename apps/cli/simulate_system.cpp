@@ -12,6 +12,7 @@
 #include "apps/output/truth_json.hpp"
 #include "dsp/memory_limit.hpp"
 #include "dsp/names.hpp"
+#include "dsp/read_recording.hpp"
 #include "sim/noise.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
@@ -55,6 +56,19 @@ void refuse_options_of_rig(const SimulateArguments& arguments) {
                                  arguments.system));
 }
 
+sim::Drive recorded_drive(const std::filesystem::path& file, bool is_base, double& duration_s) {
+  const dsp::Recording recording = dsp::read_recording(file, {.uncalibrated = true});
+  Eigen::Index column = recording.find(is_base ? dsp::Role::r : dsp::Role::f);
+  if (column < 0 && recording.channels.size() == 1) column = 0;
+  if (column < 0)
+    throw dsp::Fault(dsp::FaultKind::input, "sim.drive",
+                     fmt::format("{}: no channel is the {}. Want a column called {}", recording.name,
+                                 is_base ? "displacement of the base" : "force", is_base ? "r" : "f"));
+  if (duration_s == 0.0) duration_s = static_cast<double>(recording.samples.rows() - 1) / recording.sample_rate_hz;
+  const Eigen::VectorXd samples = recording.samples.col(column);
+  return sim::recorded_drive({samples.begin(), samples.end()}, recording.sample_rate_hz);
+}
+
 void add_noise(Eigen::Ref<Eigen::VectorXd> signal, double fraction, std::uint64_t seed, std::uint64_t number) {
   const double signal_std = std::sqrt((signal.array() - signal.mean()).square().mean());
   const sim::Noise source(seed, number);
@@ -81,12 +95,20 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
                                  fmt::join(names, ", "), near.empty() ? "" : fmt::format(". Did you mean {}?", near)));
   }
   sim::Experiment experiment;
+  double duration_s = arguments.duration_s.value_or(0.0);
   try {
-    experiment = sim::make_experiment(arguments.system, parse_settings(arguments.set));
+    auto set = parse_settings(arguments.set);
+    sim::Forcing drive;
+    if (!arguments.drive.empty()) {
+      drive = recorded_drive(arguments.drive, false, duration_s).value;
+      set.insert(set.begin(), {"force_n", 1.0});  // unless it is set
+    }
+    experiment = sim::make_experiment(arguments.system, set, drive);
   } catch (const std::invalid_argument& error) {
     throw dsp::Fault(dsp::FaultKind::usage, "sim.option", fmt::format("sim {}", error.what()));
   }
-  const double noise = arguments.noise.value_or(0.0), duration_s = arguments.duration_s.value_or(default_duration_s);
+  if (duration_s == 0.0) duration_s = default_duration_s;
+  const double noise = arguments.noise.value_or(0.0);
   // States, derivatives and the table's copy of both as numbers, the file's text of some 25 characters each.
   constexpr double bytes_per_value = 16.0 + 25.0;
   const double num_values = 2.0 * static_cast<double>(experiment.initial.size()) + 2.0;

@@ -8,6 +8,7 @@
 #include "dsp/io/setting.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
+#include "ident/bodies/candidates.hpp"
 #include "ident/library.hpp"
 #include "ident/methods.hpp"
 #include "ident/ranges/ranges.hpp"
@@ -64,6 +65,7 @@ struct Config {
   std::filesystem::path segment_file;  ///< segments.json of an earlier run, edited or not; empty: found in the record
   bool split_by_direction = false;     ///< every range becomes two, v > 0 and v < 0
   ident::LibraryOptions library;
+  ident::Inner inner = ident::Inner::none;
   bool default_terms = false;  ///< beside those named, sgn(v) and the inputs that were measured; not with order = 0
   FitConfig fit;
   bool rows = true, figures = true;  ///< a run folder has its tables with a row a sample, and figures/

@@ -20,6 +20,7 @@ using Eigen::Index;
 using Json = nlohmann::ordered_json;
 
 constexpr std::array<const char*, 3> frames{"ground", "absolute", "base"};
+constexpr std::array<const char*, 2> inner_kinds{"none", "hysteresis"};
 
 Json numbers(const Eigen::VectorXd& values) {
   Json list = Json::array();
@@ -27,14 +28,8 @@ Json numbers(const Eigen::VectorXd& values) {
   return list;
 }
 
-Json body_json(int body, const ident::BodiesResult& result, const ident::BodiesRecord& record) {
-  Json one{{"body", body},
-           {"displacement", printable(record.channels[static_cast<std::size_t>(body - 1)].name)},
-           {"target", fmt::format("a{}", body)},
-           {"zero", record.zeros(body - 1)},
-           {"noise_std", number_or_null(result.noise_std(body - 1))},
-           {"terms", Json::array()},
-           {"rejected", Json::array()}};
+void put_terms(Json& one, int body, const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  one["terms"] = Json::array(), one["rejected"] = Json::array();
   for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
     const ident::BodyTerm& term = result.model.terms[i];
     const auto at = static_cast<Index>(i);
@@ -48,6 +43,15 @@ Json body_json(int body, const ident::BodiesResult& result, const ident::BodiesR
   }
   for (const ident::BodyTerm& term : result.rejected)
     if (term.body == body) one["rejected"].push_back({{"name", term.name}});
+}
+
+Json body_json(int body, const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  Json one{{"body", body},
+           {"displacement", printable(record.channels[static_cast<std::size_t>(body - 1)].name)},
+           {"target", result.model.layout.target(body)},
+           {"zero", record.zeros(body - 1)},
+           {"noise_std", number_or_null(result.noise_std(body - 1))}};
+  put_terms(one, body, result, record);
   if (result.silent_because.empty()) {
     apps::put(one, "free_run_nmse", result.run.nmse(body - 1), "it runs away");
     apps::put(one, "noise_nmse", result.run.noise(body - 1), "not known");
@@ -87,10 +91,11 @@ Json coupling_json(const ident::Coupling& coupling) {
 
 std::vector<ident::Model> models_of(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
   std::vector<ident::Model> models;
-  for (int body = 1; body <= record.num_bodies; ++body) {
+  const ident::BodiesLayout& layout = result.model.layout;
+  for (int body = 1; body <= layout.num_equations(); ++body) {
     ident::Model& model = models.emplace_back();
-    model.target = fmt::format("a{}", body);
-    model.target_unit = record.length + "/s^2";
+    model.target = layout.target(body);
+    model.target_unit = layout.target_unit(body, record.length);
     for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
       const ident::BodyTerm& term = result.model.terms[i];
       if (term.body != body) continue;
@@ -113,6 +118,15 @@ std::string bodies_json(const ident::BodiesResult& result, const ident::BodiesRe
                 {"inputs", result.model.layout.inputs},
                 {"bodies", Json::array()}};
   for (int body = 1; body <= record.num_bodies; ++body) document["bodies"].push_back(body_json(body, result, record));
+  if (result.sought_memory) {
+    Json inner{{"kind", inner_kinds[1]}, {"kept", result.model.layout.inner != ident::Inner::none}};
+    apps::put(inner, "gain", result.gain_of_memory, "a fit did not come to rest");
+    if (result.model.layout.inner != ident::Inner::none) {
+      inner["state"] = ident::inner_force().name, inner["target"] = result.model.layout.target(record.num_bodies + 1);
+      put_terms(inner, record.num_bodies + 1, result, record);
+    }
+    document["inner"] = std::move(inner);
+  }
   document["covariance"] = Json::array();
   for (Index i = 0; i < result.model.mean.size(); ++i)
     document["covariance"].push_back(numbers(result.model.covariance.row(i)));
@@ -152,13 +166,20 @@ ident::BodiesModel read_bodies_model(const std::filesystem::path& run) {
     if (known == frames.end() || document.at("bodies").size() > most_bodies) refuse_file(file);
     model.layout = {static_cast<int>(document.at("bodies").size()), static_cast<ident::Frame>(known - frames.begin()),
                     document.at("inputs").get<std::vector<std::string>>()};
+    if (document.contains("inner") && document["inner"].at("kept").get<bool>()) {
+      if (document["inner"].at("kind") != inner_kinds[1] || model.layout.num_bodies != 1) refuse_file(file);
+      model.layout.inner = ident::Inner::hysteresis;
+    }
     std::vector<double> mean, std;
-    for (const Json& body : document.at("bodies"))
-      for (const Json& term : body.at("terms")) {
-        model.terms.push_back({body.at("body").get<int>(), term.at("name").get<std::string>()});
+    const auto take_terms = [&](const Json& equation, int body) {
+      for (const Json& term : equation.at("terms")) {
+        model.terms.push_back({body, term.at("name").get<std::string>()});
         mean.push_back(term.at("mean").get<double>()), std.push_back(term.at("std").get<double>());
-        if (model.terms.back().body < 1 || model.terms.back().body > model.layout.num_bodies) refuse_file(file);
       }
+      if (body < 1 || body > model.layout.num_equations()) refuse_file(file);
+    };
+    for (const Json& body : document.at("bodies")) take_terms(body, body.at("body").get<int>());
+    if (model.layout.inner != ident::Inner::none) take_terms(document["inner"], model.layout.num_equations());
     if (mean.empty() || mean.size() > most_terms) refuse_file(file);
     model.mean = Eigen::VectorXd::Map(mean.data(), std::ssize(mean));
     model.covariance = Eigen::VectorXd::Map(std.data(), std::ssize(std)).cwiseAbs2().asDiagonal();
@@ -170,10 +191,12 @@ ident::BodiesModel read_bodies_model(const std::filesystem::path& run) {
 
 void refuse_bodies_run(const std::filesystem::path& run, const std::string& command) {
   if (!is_bodies_run(run)) return;
-  throw dsp::Fault(dsp::FaultKind::input, "run.bodies",
-                   fmt::format("{0}: a run with several bodies, {1} takes those of one. Try ardent predict {0} on "
-                               "another recording, or read the equations in {0}/equation.json",
-                               run.string(), command));
+  throw dsp::Fault(
+      dsp::FaultKind::input, "run.bodies",
+      fmt::format(
+          "{0}: a run with several bodies or an inner state, {1} takes those of one without. Try ardent predict {0} on "
+          "another recording, or read the equations in {0}/equation.json",
+          run.string(), command));
 }
 
 }  // namespace apps

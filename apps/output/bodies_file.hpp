@@ -8,11 +8,12 @@
 
 namespace apps {
 
-/// The equation of each body, as those of one body are shown: targets a1, a2 ...
+/// The equation of each body, as those of one body are shown: targets a1, a2 ... dz
 [[nodiscard]] std::vector<ident::Model> models_of(const ident::BodiesResult& result, const ident::BodiesRecord& record);
 
 /// equation.json and report.json of a run with several bodies: "bodies" with their terms, "modes", "couplings", the
-/// verdict and the free run, "covariance" of all coefficients in order; "chosen" is null and "ranges" empty.
+/// verdict and the free run, "covariance" of all coefficients in order, "inner" with the terms of z where one was
+/// sought; "chosen" is null and "ranges" empty.
 [[nodiscard]] std::string bodies_json(const ident::BodiesResult& result, const ident::BodiesRecord& record);
 
 /// Whether a folder holds such a run.

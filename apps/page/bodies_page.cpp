@@ -32,12 +32,26 @@ ScreenEntry equations_entry(const ident::BodiesResult& result, const ident::Bodi
   }
   for (const ident::Model& model : models_of(result, record))
     entry.lines.push_back({displayed_equation(model, ident::Notation::text)});
+  if (result.model.layout.inner != ident::Inner::none)
+    entry.lines.push_back(
+        {"z is a force per mass with a memory; nothing records it. Its coefficient of -1 is its scale."});
   const ident::Frame frame = result.model.layout.frame;
   entry.lines.push_back({fmt::format("{}In SI units; standard deviations in brackets.",
                                      frame == ident::Frame::ground ? ""
                                      : frame == ident::Frame::base ? "Displacements are relative to the base. "
                                                                    : "Displacements are absolute, r is the base's. ")});
   return entry;
+}
+
+std::string memory_text(const ident::BodiesResult& result) {
+  const bool kept = result.model.layout.inner != ident::Inner::none;
+  if (!std::isfinite(result.gain_of_memory))
+    return fmt::format("Memory: {} a hysteretic force the fit did not come to rest.", kept ? "without" : "with");
+  return kept ? fmt::format(
+                    "Memory: with the hysteretic force the samples are more likely by {:.0f} of -2 log likelihood "
+                    "than without, beyond the price of its terms.",
+                    result.gain_of_memory)
+              : "Memory: none. A hysteretic force was sought, and the samples do not ask for it.";
 }
 
 std::string shape_text(const ident::Mode& mode) {
@@ -77,7 +91,8 @@ Strings mass_texts(const ident::BodiesResult& result, const ident::BodiesRecord&
     const auto at = static_cast<Index>(i);
     const double mean = result.model.mean(at);
     if (result.model.terms[i].name == "f" && record.length == "m" && mean > 0.0)
-      texts.push_back(fmt::format("mass {} is {} kg if f is in N", result.model.terms[i].body,
+      texts.push_back(fmt::format("mass {}is {} kg if f is in N",
+                                  record.num_bodies == 1 ? "" : fmt::format("{} ", result.model.terms[i].body),
                                   with_uncertainty(1.0 / mean, result.model.std(at) / (mean * mean))));
   }
   return texts;
@@ -85,10 +100,11 @@ Strings mass_texts(const ident::BodiesResult& result, const ident::BodiesRecord&
 
 ScreenEntry physics_entry(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
   ScreenEntry entry{"which means", {}, 6};
+  if (result.sought_memory) entry.lines.push_back({memory_text(result)});
   for (const ident::Mode& mode : result.modes)
-    entry.lines.push_back(
-        {fmt::format("natural frequency {} Hz, damping ratio {}, shape {}.",
-                     with_uncertainty(mode.frequency_hz, mode.frequency_std), damping_text(mode), shape_text(mode))});
+    entry.lines.push_back({fmt::format("natural frequency {} Hz, damping ratio {}{}.",
+                                       with_uncertainty(mode.frequency_hz, mode.frequency_std), damping_text(mode),
+                                       mode.shape.size() > 1 ? ", shape " + shape_text(mode) : "")});
   for (const ident::Coupling& coupling : result.couplings) entry.lines.push_back({coupling_text(coupling)});
   if (const Strings masses = mass_texts(result, record); !masses.empty())
     entry.lines.push_back({fmt::format("{}.", fmt::join(masses, "; "))});
@@ -107,16 +123,17 @@ ScreenEntry data_entry(const ident::BodiesResult& result, const ident::BodiesRec
     return static_cast<double>(record.samples.rows() - usable) / record.sample_rate_hz;
   }();
   entry.lines.push_back(
-      {fmt::format("{}: {:.5g} s at {:.6g} Hz, {} bodies; left out: {}; fitted to {:.4g} s, tested "
+      {fmt::format("{}: {:.5g} s at {:.6g} Hz{}; left out: {}; fitted to {:.4g} s, tested "
                    "on {:.4g} s.",
                    printable(record.name, 100), static_cast<double>(record.samples.rows()) / record.sample_rate_hz,
-                   record.sample_rate_hz, record.num_bodies,
+                   record.sample_rate_hz, record.num_bodies == 1 ? "" : fmt::format(", {} bodies", record.num_bodies),
                    left_out > 0.0 ? fmt::format("{:.3g} s of faulty samples", left_out) : "nothing",
                    seconds(result.train, record), seconds({result.train.last, record.samples.rows()}, record))});
   for (Index body = 0; body < record.num_bodies; ++body)
     if (record.zeros(body) != 0.0)
-      entry.lines.push_back({fmt::format("x{} = 0 is where {} is {:.6g} {}: the mean, as the motion is far from zero.",
-                                         body + 1, printable(record.channels[static_cast<std::size_t>(body)].name),
+      entry.lines.push_back({fmt::format("{} = 0 is where {} is {:.6g} {}: the mean, as the motion is far from zero.",
+                                         result.model.layout.named('x', static_cast<int>(body) + 1),
+                                         printable(record.channels[static_cast<std::size_t>(body)].name),
                                          record.zeros(body), record.length)});
   if (result.frame_was_open)
     entry.lines.push_back(
@@ -146,8 +163,15 @@ ScreenEntry inputs_entry(const ident::BodiesResult& result, const ident::BodiesR
           1};
 }
 
+std::string of_equation(const ident::BodiesLayout& layout, int equation) {
+  return equation > layout.num_bodies ? "the memory z"
+         : layout.num_bodies == 1     ? "the motion"
+                                      : fmt::format("body {}", equation);
+}
+
 void write_equations(const ident::BodiesResult& result, const std::vector<ident::Model>& models, HtmlWriter& html) {
-  html.open("section", {{"id", "equations"}}).element("h2", "One equation for each body");
+  html.open("section", {{"id", "equations"}})
+      .element("h2", result.model.layout.num_bodies == 1 ? "Equation of motion" : "One equation for each body");
   for (const ident::Model& model : models)
     html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", "equation"}})
         .markup(displayed_equation(model, ident::Notation::mathml))
@@ -166,7 +190,7 @@ void write_equations(const ident::BodiesResult& result, const std::vector<ident:
       rows.push_back({term.name, with_uncertainty(term.mean, term.std), term.unit.empty() ? "-" : term.unit,
                       number_text(term.std), number_text(100.0 * term.coefficient_of_variation(), "{:.2g} %"),
                       number_text(term.inclusion_probability, "{:.3f}")});
-    html.table(fmt::format("Coefficients of body {}", body + 1),
+    html.table("Coefficients of " + of_equation(result.model.layout, static_cast<int>(body) + 1),
                {"term", "coefficient", "unit", "standard deviation", "standard deviation / coefficient",
                 "probability of belonging"},
                rows);
@@ -176,9 +200,15 @@ void write_equations(const ident::BodiesResult& result, const std::vector<ident:
     Strings names;
     for (const ident::BodyTerm& term : result.rejected)
       if (term.body == static_cast<int>(body)) names.push_back(term.name);
-    html.element("p", fmt::format("Body {}: {}", body, fmt::join(names, ", ")));
+    html.element("p", fmt::format("Of {}: {}", of_equation(result.model.layout, static_cast<int>(body)),
+                                  fmt::join(names, ", ")));
   }
   html.close().close();
+}
+
+void write_memory(const ident::BodiesResult& result, HtmlWriter& html) {
+  html.open("section", {{"id", "memory"}}).element("h2", "Memory");
+  html.element("p", memory_text(result));
 }
 
 void write_modes(const ident::BodiesResult& result, HtmlWriter& html) {
@@ -190,12 +220,13 @@ void write_modes(const ident::BodiesResult& result, HtmlWriter& html) {
                  "The equations made linear about rest: amplitudes so small that only stiffness and damping count. The "
                  "largest part of a shape is 1; a negative one moves against it.");
   Strings heads{"mode", "natural frequency (Hz)", "damping ratio"};
-  for (Index i = 0; i < result.model.layout.num_bodies; ++i) heads.push_back(fmt::format("shape of x{}", i + 1));
+  const Index num_bodies = result.model.layout.num_bodies, num_shown = num_bodies > 1 ? num_bodies : 0;
+  for (Index i = 0; i < num_shown; ++i) heads.push_back(fmt::format("shape of x{}", i + 1));
   std::vector<Strings> rows;
   for (const ident::Mode& mode : result.modes) {
     rows.push_back({fmt::format("{}", rows.size() + 1), with_uncertainty(mode.frequency_hz, mode.frequency_std),
                     damping_text(mode)});
-    for (Index i = 0; i < mode.shape.size(); ++i)
+    for (Index i = 0; i < num_shown; ++i)
       rows.back().push_back(mode.shape_std(i) < 1e-9
                                 ? "1"
                                 : fmt::format("{} ({:.0f} degrees)", with_uncertainty(mode.shape(i), mode.shape_std(i)),
@@ -230,7 +261,9 @@ void write_sensors(const ident::BodiesResult& result, const ident::BodiesRecord&
   std::vector<Strings> rows;
   for (Index j = 0; j < std::ssize(record.channels); ++j) {
     const dsp::Channel& channel = record.channels[static_cast<std::size_t>(j)];
-    rows.push_back({printable(channel.name), fmt::format("{} of body {}", dsp::to_string(channel.role), channel.body),
+    rows.push_back({printable(channel.name),
+                    fmt::format("{}{}", dsp::to_string(channel.role),
+                                record.num_bodies == 1 ? "" : fmt::format(" of body {}", channel.body)),
                     fmt::format("{} {}", number_text(result.noise_std(j)), printable(channel.unit))});
   }
   html.table("Channels", {"channel", "role", "white noise of a sample"}, rows);
@@ -252,7 +285,11 @@ FirstScreen bodies_screen(const ident::BodiesResult& result, const ident::Bodies
 
 std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
   std::vector<PlotFigure> figures;
-  const auto axis = [&](Index body) { return fmt::format("x{} ({})", body + 1, printable(record.length)); };
+  const ident::BodiesLayout& layout = result.model.layout;
+  const auto axis = [&](Index body) {
+    return fmt::format("{} ({})", layout.named('x', static_cast<int>(body) + 1), printable(record.length));
+  };
+  const auto whose = [&](Index body) { return layout.num_bodies == 1 ? "" : fmt::format(" of body {}", body + 1); };
   const auto times = [&](Index first, Index count) -> VectorXd {
     return VectorXd::LinSpaced(count, static_cast<double>(first), static_cast<double>(first + count - 1)) /
            record.sample_rate_hz;
@@ -262,30 +299,42 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
   for (Index body = 0; body < run.positions.cols(); ++body) {
     const Index count = run.positions.rows();
     const VectorXd t = times(run.samples.first, count);
-    PlotPanel panel{fmt::format("free run of body {} on data not fitted", body + 1), "time (s)", axis(body)};
+    PlotPanel panel{fmt::format("free run{} on data not fitted", whose(body)), "time (s)", axis(body)};
     panel.series = {{"measured", t, record.samples.col(body).tail(count), PlotStyle::line, PlotColour::black},
                     {"free run", t, run.positions.col(body), PlotStyle::dashed, PlotColour::vermilion}};
     const double span = result.modes.empty() ? 0.0 : shown / result.modes.front().frequency_hz;
     if (span > 0.0 && span < t(count - 1) - t(0)) panel.x_limits = {t(count - 1) - span, t(count - 1)};
     figures.push_back(
         chart(fmt::format("body-{}-free-run", body + 1),
-              fmt::format("Measured displacement of body {} and the free run of all equations together, driven by the "
+              fmt::format("Measured displacement{} and the free run of all equations together, driven by the "
                           "recorded inputs alone from a state that the fitted samples gave (NMSE {}).{}",
-                          body + 1, number_text(run.nmse(body), "{:.2g}", "none"),
+                          whose(body), number_text(run.nmse(body), "{:.2g}", "none"),
                           panel.x_limits ? " The last dozen periods of the slowest mode are shown." : ""),
               panel));
   }
+  if (result.loop.position.size() > 0) {
+    PlotPanel panel{"force with a memory against displacement", axis(0),
+                    fmt::format("z ({})", layout.target_unit(1, printable(record.length)))};
+    panel.series = {{"measured", result.loop.position, result.loop.measured, PlotStyle::points, PlotColour::black},
+                    {"identified", result.loop.position, result.loop.force, PlotStyle::line, PlotColour::vermilion}};
+    figures.push_back(chart("memory-loop",
+                            "Loops of the force per mass z against displacement, over the longest fitted stretch. "
+                            "Measured: what the other terms leave of the acceleration, which is derived from the "
+                            "displacement. Identified: z.",
+                            panel));
+  }
   for (Index body = 0; body < record.num_bodies; ++body) {
-    PlotPanel panel{fmt::format("body {} as recorded", body + 1), "time (s)", axis(body)};
+    PlotPanel panel{layout.num_bodies == 1 ? "as recorded" : fmt::format("body {} as recorded", body + 1), "time (s)",
+                    axis(body)};
     panel.series = {{"", times(0, record.samples.rows()), record.samples.col(body), PlotStyle::line, PlotColour::blue}};
     const double rate = record.sample_rate_hz;
     panel.spans = {{static_cast<double>(result.train.first) / rate, static_cast<double>(result.train.last) / rate,
                     "train", PlotColour::sky},
                    {static_cast<double>(result.train.last) / rate, static_cast<double>(record.samples.rows()) / rate,
                     "test", PlotColour::orange}};
-    figures.push_back(
-        chart(fmt::format("record-{}", body + 1),
-              fmt::format("Displacement of body {}. Shaded: fitted (train) and not fitted (test).", body + 1), panel));
+    figures.push_back(chart(fmt::format("record-{}", body + 1),
+                            fmt::format("Displacement{}. Shaded: fitted (train) and not fitted (test).", whose(body)),
+                            panel));
   }
   return figures;
 }
@@ -296,9 +345,10 @@ std::string bodies_page(const ident::BodiesResult& result, const ident::BodiesRe
   for (const PlotFigure& figure : figures) drawn.push_back(page_figure(figure, has_files));
   return html_document("Equations of motion from " + printable(record.name, 200), [&](HtmlWriter& html) {
     write_screen(bodies_screen(result, record), html);
-    write_contents({{"equations", "Equations"},
+    const bool is_one = result.model.layout.num_bodies == 1;
+    write_contents({{"equations", result.sought_memory ? "Equation" : "Equations"},
                     {"modes", "Modes"},
-                    {"couplings", "Action and reaction"},
+                    is_one ? PageLink{"memory", "Memory"} : PageLink{"couplings", "Action and reaction"},
                     {"record", "The record"},
                     {"repeat", "How to repeat it"},
                     {"words", "Words on this page"}},
@@ -306,7 +356,13 @@ std::string bodies_page(const ident::BodiesResult& result, const ident::BodiesRe
     write_equations(result, models_of(result, record), html);
     write_figures(drawn, "body-", html);
     write_modes(result, html);
-    write_couplings(result, html);
+    if (is_one) {
+      write_memory(result, html);
+      write_figures(drawn, "memory-", html);
+      html.close();
+    } else {
+      write_couplings(result, html);
+    }
     write_sensors(result, record, html);
     write_figures(drawn, "record-", html);
     html.close();

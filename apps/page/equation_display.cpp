@@ -50,16 +50,20 @@ std::string displayed_equation(const ident::Model& model, Notation notation) {
   bool first = true;
   const auto add = [&](bool negative, const std::string& number, const std::string& name) {
     const std::string factor = name == "1" ? "" : ident::Expression(name).print_as_factor(notation);
-    const char* between = factor.empty()                ? ""
-                          : mathml                      ? "<mspace width=\"0.2em\"/>"
-                          : notation == Notation::latex ? "\\,"
-                                                        : " ";
+    const char* between = factor.empty() || number.empty() ? ""
+                          : mathml                         ? "<mspace width=\"0.2em\"/>"
+                          : notation == Notation::latex    ? "\\,"
+                                                           : " ";
     text += piece(joined(notation, first, negative) + number + between + factor);
     first = false;
   };
   for (const ident::ModelTerm& term : model.terms)
     if (term.recording == 0)
-      add(term.mean < 0.0, in_notation(rounded(std::abs(term.mean), term.std), notation), term.name);
+      add(term.mean < 0.0,
+          std::abs(term.mean) == 1.0 && term.std == 0.0  // a scale, not an estimate
+              ? ""
+              : in_notation(rounded(std::abs(term.mean), term.std), notation),
+          term.name);
   for (const ident::OwnCoefficients& own : own_coefficients(model))
     add(false, symbol_in(own.symbol, notation), own.name);
   if (model.terms.empty()) text += mathml ? piece("<mn>0</mn>") : " 0";

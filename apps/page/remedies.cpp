@@ -177,11 +177,14 @@ Remedy of_input(const RunResults& results, const ident::RangeResult& range, cons
 
 Remedy of_missing_term(const RunResults& results, const ident::JudgedFit& fit) {
   const std::optional<ident::Explanation>& named = fit.judgement.named;
-  if (named && !named->is_term)
-    return {fmt::format("{} explains {} of the residual's power, and no term of x and v can: the force depends on the "
-                        "past. If it can be measured, give its channel role = \"z\".",
-                        named->what, ident::percent(named->fraction)),
-            {}};
+  if (named && !named->is_term) {
+    const std::string why = fmt::format(
+        "{} explains {} of the residual's power, and no term of x and v can: the force depends on the past. If it can "
+        "be measured, give its channel role = \"z\".",
+        named->what, ident::percent(named->fraction));
+    if (results.inputs.size() > 1) return {why + " From one of the recordings alone it can be found unmeasured.", {}};
+    return {why + " To find it unmeasured; in the config:", {"[library]", "inner = \"hysteresis\""}};
+  }
   if (named && named->candidate && named->at_motion) return with_less_noise(fit, *named);
   if (named) return with_explanation(results.config, *named);
   return {

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "dsp/constants.hpp"
+#include "ident/bodies/loop.hpp"
 #include "ident/bodies/statement.hpp"
 #include "ident/equation/percent.hpp"
 #include "ident/likelihood.hpp"
@@ -34,37 +36,84 @@ struct Choice {
   }
 };
 
-/// What springs and dampers are made of: a search from there is short, and takes up what else there is.
-std::vector<int> first_terms(const BodiesLayout& layout, const std::vector<BodyTerm>& candidates) {
-  std::vector<int> first;
-  for (size_t i = 0; i < candidates.size(); ++i) {
-    const auto& [body, name] = candidates[i];
-    const std::string own = layout.position(body);
-    const bool is_input = std::find(layout.inputs.begin(), layout.inputs.end(), name) != layout.inputs.end();
-    bool is_usual = is_input || name == own || name == own + "^3" || name == layout.speed(body);
-    for (int lower = std::max(1, body - 1); lower <= std::min(body, layout.num_bodies - 1); ++lower)
-      is_usual = is_usual || name == BodiesLayout::stretch(lower) || name == BodiesLayout::stretch(lower) + "^3" ||
-                 name == BodiesLayout::stretch_rate(lower);
-    if (is_usual) first.push_back(static_cast<int>(i));
-  }
-  return first;
+/// One state of a fit, record after record.
+VectorXd states_of(const Choice& choice, int state) {
+  const state_space::Fit& fit = choice.selection.fit;
+  const auto num_states = static_cast<Index>(fit.noise.process.size());
+  std::vector<double> values;
+  for (const std::vector<double>& record : fit.point.states)
+    for (Index at = state; at < std::ssize(record); at += num_states) values.push_back(record[static_cast<size_t>(at)]);
+  return VectorXd::Map(values.data(), std::ssize(values));
 }
 
-Choice choose(const BodiesRecord& given, Frame frame, const BodiesOptions& options, dsp::IndexRange train) {
+double rms(const VectorXd& values) {
+  return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
+}
+
+/// Where a search for terms begins, and takes up what else there is: what springs and dampers are made of, then every
+/// candidate, none of which are named. With a z, whose terms are not linear in it, from less: a hysteretic force beside
+/// inputs and a spring [Wen76], then without that.
+std::vector<std::vector<int>> first_terms(const BodiesLayout& layout, const std::vector<BodyTerm>& candidates) {
+  constexpr int usual_of_z = 3;  // v, z|v| and |z|v stand before its others
+  std::vector<int> usual, sprung, driven;
+  int of_z = 0;
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    const auto& [body, name] = candidates[i];
+    const bool is_of_z = body > layout.num_bodies && of_z++ < usual_of_z,
+               is_input = std::find(layout.inputs.begin(), layout.inputs.end(), name) != layout.inputs.end();
+    bool is_usual = is_of_z || is_input;
+    if (body <= layout.num_bodies) {
+      const std::string own = layout.position(body);
+      is_usual = is_usual || name == own || name == own + "^3" || name == layout.speed(body);
+      for (int lower = std::max(1, body - 1); lower <= std::min(body, layout.num_bodies - 1); ++lower)
+        is_usual = is_usual || name == BodiesLayout::stretch(lower) || name == BodiesLayout::stretch(lower) + "^3" ||
+                   name == BodiesLayout::stretch_rate(lower);
+    }
+    if (is_usual) usual.push_back(static_cast<int>(i));
+    if (is_of_z || is_input) driven.push_back(static_cast<int>(i));
+    if (is_of_z || is_input || name == layout.position(1)) sprung.push_back(static_cast<int>(i));
+  }
+  if (layout.inner == Inner::none) return {usual, {}};
+  return {sprung, driven};
+}
+
+Choice choose(const BodiesRecord& given, Frame frame, Inner inner, const BodiesOptions& options,
+              dsp::IndexRange train) {
   Choice choice{.record = in_frame(given, frame)};
-  choice.layout = {given.num_bodies, frame, choice.record.inputs};
+  choice.layout = {given.num_bodies, frame, choice.record.inputs, inner};
   choice.candidates = candidates_of(choice.layout, options.library);
-  choice.statement = statement_of(choice.record, choice.candidates, {}, train, 0);
+  choice.statement = statement_of(choice.record, choice.layout, choice.candidates, {}, train, 0);
   if (choice.statement.problem.records.empty())
     throw dsp::Fault(
         dsp::FaultKind::input, "bodies.short",
         fmt::format("{}: {} samples to be fitted are too few. Record longer", given.name, train.last - train.first));
-  const auto select = [&](const std::vector<int>& first) {
-    return state_space::select(choice.statement.problem, {.fit = {.terms = first, .num_threads = options.num_threads}});
-  };
-  choice.selection = select(first_terms(choice.layout, choice.candidates));
-  if (!choice.selection.fit.converged()) choice.selection = select({});
+  for (const std::vector<int>& first : first_terms(choice.layout, choice.candidates)) {
+    choice.selection =
+        state_space::select(choice.statement.problem, {.fit = {.terms = first, .num_threads = options.num_threads}});
+    if (choice.selection.fit.converged()) break;
+  }
   return choice;
+}
+
+/// -2 log likelihood with the price of the terms; where there is a z, with that of its state, and with a first value in
+/// each record that is of the size of its values.
+double score_of(const Choice& choice) {
+  const state_space::Fit& fit = choice.selection.fit;
+  if (!fit.converged()) return std::numeric_limits<double>::infinity();
+  double score = fit.J;
+  for (const int i : fit.parameters)
+    if (std::cmp_less(i, choice.candidates.size())) score += choice.selection.price;
+  if (choice.layout.inner == Inner::none) return score;
+  const VectorXd z = states_of(choice, choice.layout.num_states() - 1);
+  return score + choice.selection.price + 2.0 * static_cast<double>(fit.point.states.size()) * std::log(rms(z));
+}
+
+/// With z, where that is more likely than without by more than its price.
+Choice with_memory(Choice without, const BodiesRecord& record, const BodiesOptions& options, BodiesResult& result) {
+  result.sought_memory = true;
+  Choice with = choose(record, without.layout.frame, options.inner, options, result.train);
+  result.gain_of_memory = score_of(without) - score_of(with);
+  return result.gain_of_memory > 0.0 ? with : without;
 }
 
 /// Of the samples that may be used, from the first on.
@@ -78,29 +127,56 @@ dsp::IndexRange train_of(const BodiesRecord& record, double fraction) {
 
 void take_terms(BodiesResult& result, const Choice& choice) {
   const state_space::Fit& fit = choice.selection.fit;
-  std::vector<size_t> places;
-  for (size_t i = 0; i < fit.parameters.size(); ++i)
-    if (std::cmp_less(fit.parameters[i], choice.candidates.size())) places.push_back(i);
   const bool lacks = fit.gain_of_process_noise > Likelihood::beyond_doubt;
   const std::vector<double> covariance = lacks ? fit.wider() : fit.covariance;
   BodiesModel& model = result.model;
   model.layout = choice.layout;
-  const auto k = std::ssize(places);
-  model.mean.resize(k), model.covariance.resize(k, k);
+  std::vector<Index> places;  // among the parameters of the fit; -1: known
+  std::vector<double> mean;
   std::vector<unsigned char> taken(choice.candidates.size(), 0);
-  for (Index i = 0; i < k; ++i) {
-    const size_t at = places[static_cast<size_t>(i)];
-    const auto term = static_cast<size_t>(fit.parameters[at]);
+  const auto take = [&](const BodyTerm& term, Index place, double value, const state_space::Score& score) {
+    places.push_back(place), mean.push_back(value);
+    model.terms.push_back(term);
+    result.gain.push_back(score.gain), result.probability.push_back(score.probability);
+  };
+  bool has_force = choice.layout.inner == Inner::none;
+  const auto take_force = [&] {
+    if (!std::exchange(has_force, true)) take(inner_force(), -1, -1.0, {dsp::nan, 1.0});
+  };
+  for (size_t i = 0; i < fit.parameters.size(); ++i) {
+    const auto term = static_cast<size_t>(fit.parameters[i]);
+    if (term >= choice.candidates.size()) continue;
+    if (choice.candidates[term].body > choice.layout.num_bodies) take_force();  // behind those of its body
     taken[term] = 1;
-    model.terms.push_back(choice.candidates[term]);
-    model.mean(i) = fit.point.parameters[term];
-    result.gain.push_back(choice.selection.scores[term].gain);
-    result.probability.push_back(choice.selection.scores[term].probability);
-    for (Index j = 0; j < k; ++j)
-      model.covariance(i, j) = covariance[at * fit.parameters.size() + places[static_cast<size_t>(j)]];
+    take(choice.candidates[term], static_cast<Index>(i), fit.point.parameters[term], choice.selection.scores[term]);
   }
+  take_force();
+  const auto k = std::ssize(places);
+  model.mean = VectorXd::Map(mean.data(), k);
+  model.covariance = Eigen::MatrixXd::Zero(k, k);
+  for (Index i = 0; i < k; ++i)
+    for (Index j = 0; j < k; ++j) {
+      const Index a = places[static_cast<size_t>(i)], b = places[static_cast<size_t>(j)];
+      if (a >= 0 && b >= 0)
+        model.covariance(i, j) = covariance[static_cast<size_t>(a * std::ssize(fit.parameters) + b)];
+    }
   for (size_t i = 0; i < taken.size(); ++i)
     if (taken[i] == 0) result.rejected.push_back(choice.candidates[i]);
+}
+
+/// The longest of the fitted pieces.
+Loop longest_loop(const Choice& choice, const BodiesModel& model) {
+  const state_space::Problem& problem = choice.statement.problem;
+  size_t longest = 0;
+  for (size_t r = 0; r < problem.records.size(); ++r)
+    if (problem.records[r].channels.rows() > problem.records[longest].channels.rows()) longest = r;
+  const state_space::Record& record = problem.records[longest];
+  const std::vector<double>& states = choice.selection.fit.point.states[longest];
+  const auto num_states = static_cast<Index>(choice.selection.fit.noise.process.size());
+  const Eigen::MatrixXd by_sample =
+      Eigen::Map<const Eigen::MatrixXd>(states.data(), num_states, record.channels.rows());
+  return loop_of(model, by_sample.topRows(model.layout.num_states()), record, problem.sample_rate_hz,
+                 choice.selection.fit.noise.channel.front());
 }
 
 /// From the last state that training samples gave.
@@ -110,7 +186,7 @@ BodiesRun run_behind(const Choice& choice, const BodiesModel& model, const Vecto
   const auto& states = choice.selection.fit.point.states.back();
   const auto num_states = static_cast<size_t>(choice.selection.fit.noise.process.size());
   const std::vector<double> state(states.end() - static_cast<std::ptrdiff_t>(num_states),
-                                  states.end() - static_cast<std::ptrdiff_t>(num_states) + 2 * record.num_bodies);
+                                  states.end() - static_cast<std::ptrdiff_t>(num_states) + model.layout.num_states());
   const Index n = record.num_bodies;
   const double scale = record.samples.leftCols(n).cwiseAbs().maxCoeff();
   const Eigen::MatrixXd positions =
@@ -122,14 +198,14 @@ BodiesRun run_behind(const Choice& choice, const BodiesModel& model, const Vecto
   return run;
 }
 
-std::string in_words(const BodiesRun& run) {
+std::string in_words(const BodiesRun& run, const BodiesLayout& layout) {
   std::vector<std::string> parts;
   for (Index body = 0; body < run.nmse.size(); ++body) {
     const double one = run.nmse(body);
-    parts.push_back(std::isfinite(one)
-                        ? fmt::format("x{} with NMSE {:.2g}, an error of {} of its rms (noise: {})", body + 1, one,
-                                      percent(std::sqrt(one)), percent(std::sqrt(run.noise(body))))
-                        : fmt::format("x{} runs away", body + 1));
+    const std::string x = layout.named('x', static_cast<int>(body) + 1);
+    parts.push_back(std::isfinite(one) ? fmt::format("{} with NMSE {:.2g}, an error of {} of its rms (noise: {})", x,
+                                                     one, percent(std::sqrt(one)), percent(std::sqrt(run.noise(body))))
+                                       : x + " runs away");
   }
   return fmt::format("{}", fmt::join(parts, "; "));
 }
@@ -151,11 +227,11 @@ void judge(BodiesResult& result, double sample_rate_hz) {
   const char* words = result.verdict == Verdict::describes ? "These equations describe the record"
                       : result.verdict == Verdict::in_part ? "These equations describe the record in part"
                                                            : "These equations do not describe the record";
-  result.sentence =
-      fmt::format("{}: run free over {:.3g} s that were not fitted, {}; {}.", words,
-                  static_cast<double>(run.samples.last - run.samples.first) / sample_rate_hz, in_words(run),
-                  lacks ? "the recorded samples have something that no candidate explains (odds of 20,000 and more)"
-                        : "the recorded samples have nothing that they do not explain");
+  result.sentence = fmt::format(
+      "{}: run free over {:.3g} s that were not fitted, {}; {}.", words,
+      static_cast<double>(run.samples.last - run.samples.first) / sample_rate_hz, in_words(run, result.model.layout),
+      lacks ? "the recorded samples have something that no candidate explains (odds of 20,000 and more)"
+            : "the recorded samples have nothing that they do not explain");
 }
 
 }  // namespace
@@ -163,12 +239,13 @@ void judge(BodiesResult& result, double sample_rate_hz) {
 BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options) {
   const dsp::IndexRange train = train_of(record, options.train_fraction);
   BodiesResult result{.train = train};
-  Choice best = choose(record, record.frame.value_or(Frame::absolute), options, train);
+  Choice best = choose(record, record.frame.value_or(Frame::absolute), Inner::none, options, train);
   // In the wrong frame the base acts by terms that are no candidates: it is as good as impossible that nothing is left.
   if (!record.frame && !best.is_complete())
-    if (Choice other = choose(record, Frame::base, options, train);
+    if (Choice other = choose(record, Frame::base, Inner::none, options, train);
         other.is_complete() || !best.selection.fit.converged())
       best = std::move(other);
+  if (options.inner != Inner::none) best = with_memory(std::move(best), record, options, result);
   result.frame_was_open = !record.frame;
   const state_space::Fit& fit = best.selection.fit;
   result.model.layout = best.layout;
@@ -191,6 +268,7 @@ BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& op
   }
   result.modes = modes_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
   result.couplings = couplings_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
+  if (result.model.layout.inner != Inner::none) result.loop = longest_loop(best, result.model);
   result.run = run_behind(best, result.model, result.noise_std, train);
   judge(result, record.sample_rate_hz);
   return result;

@@ -29,20 +29,21 @@ struct BodiesRecord {
   std::optional<Frame> frame = {};           ///< what the channels' roles say; nothing where they leave it open
 };
 
-/// Of a recording without bodies inputs alone. Throws dsp::Fault (input, "bodies.*") where a body has no displacement
-/// or one number is missing, and what to add.
-[[nodiscard]] BodiesRecord bodies_record(const dsp::Recording& recording);
+/// Of a recording without bodies inputs alone; with `one_body` its motion is that of body 1. Throws dsp::Fault (input,
+/// "bodies.*") where a body has no displacement or one number is missing, and what to add.
+[[nodiscard]] BodiesRecord bodies_record(const dsp::Recording& recording, bool one_body = false);
 
 struct BodiesOptions {
   BodyLibrary library = {};
+  Inner inner = Inner::none;  ///< tried, and kept where the samples ask for it
   double train_fraction = 0.6;
   int num_threads = 1;
 };
 
-/// One equation for each body: its acceleration is the sum of its terms.
+/// One equation for each body: its acceleration is the sum of its terms; then that of the rate of z.
 struct BodiesModel {
   BodiesLayout layout = {};
-  std::vector<BodyTerm> terms = {};  ///< body after body
+  std::vector<BodyTerm> terms = {};  ///< body after body, those of z, and inner_force
   Eigen::VectorXd mean = {};
   Eigen::MatrixXd covariance = {};
   [[nodiscard]] double std(Eigen::Index term) const { return std::sqrt(covariance(term, term)); }
@@ -57,6 +58,12 @@ struct BodiesRun {
                   noise = {};  ///< of each body, over its variance there: what it misses, and the channel's noise
 };
 
+/// The force per mass that an inner state stands for, along the fitted samples.
+struct Loop {
+  Eigen::VectorXd position = {}, force = {};
+  Eigen::VectorXd measured = {};  ///< what the other terms leave of the derived acceleration
+};
+
 struct BodiesResult {
   BodiesModel model = {};
   std::vector<double> gain = {}, probability = {};  ///< of each of these terms: as of state_space::Score
@@ -67,6 +74,10 @@ struct BodiesResult {
   Eigen::VectorXd noise_std = {};      ///< of each channel of the record
   double gain_of_process_noise = 0.0;  ///< as of Likelihood
   bool frame_was_open = false;         ///< the samples decided it
+  bool sought_memory = false;
+  double gain_of_memory = 0.0;  ///< of -2 log likelihood by z, beyond the price of its terms and of itself; infinite
+                                ///< or NaN where a fit did not come to rest
+  Loop loop = {};               ///< empty where there is no z
   std::vector<Mode> modes = {};
   std::vector<Coupling> couplings = {};
   BodiesRun run = {};
@@ -79,7 +90,7 @@ struct BodiesResult {
 /// "term.*") for terms that cannot be read, (input, "bodies.short") for fewer samples than say anything.
 [[nodiscard]] BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options);
 
-/// Equations run free over samples of inputs from a state (x1, v1, x2, v2 ... of sample `first`): displacements of
+/// Equations run free over samples of inputs from a state (x1, v1, x2, v2 ... z of sample `first`): displacements of
 /// first, first + 1 ..., NaN from where one leaves 1e6 times `scale`.
 [[nodiscard]] Eigen::MatrixXd run_free(const BodiesModel& model, const Eigen::MatrixXd& inputs, double sample_rate_hz,
                                        const std::vector<double>& state, double scale);

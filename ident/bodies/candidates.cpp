@@ -29,17 +29,27 @@ bool is_motion_of_base(const std::string& input, Frame frame) {
 
 }  // namespace
 
+std::string BodiesLayout::named(char letter, int body) const {
+  return num_bodies == 1 ? std::string(1, letter) : fmt::format("{}{}", letter, body);
+}
+std::string BodiesLayout::target(int equation) const {
+  return equation > num_bodies ? "dz" : named('a', equation);
+}
 std::string BodiesLayout::position(int body) const {
-  return frame == Frame::absolute ? fmt::format("(x{} - r)", body) : fmt::format("x{}", body);
+  return frame == Frame::absolute ? "(" + named('x', body) + " - r)" : named('x', body);
 }
 std::string BodiesLayout::speed(int body) const {
-  return frame == Frame::absolute ? fmt::format("(v{} - dr)", body) : fmt::format("v{}", body);
+  return frame == Frame::absolute ? "(" + named('v', body) + " - dr)" : named('v', body);
 }
 std::string BodiesLayout::stretch(int lower) {
   return fmt::format("(x{} - x{})", lower + 1, lower);
 }
 std::string BodiesLayout::stretch_rate(int lower) {
   return fmt::format("(v{} - v{})", lower + 1, lower);
+}
+
+BodyTerm inner_force() {
+  return {1, "z"};
 }
 
 std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrary& library) {
@@ -63,6 +73,12 @@ std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrar
     }
     for (const std::string& term : library.terms) add(term);
   }
+  if (layout.inner == Inner::none) return candidates;
+  const std::string x = layout.position(1), v = layout.speed(1),
+                    abs_v = v.front() == '(' ? "abs" + v : "abs(" + v + ")";
+  for (const std::string& name :
+       {v, "z*" + abs_v, "abs(z)*" + v, "z*abs(z)*" + abs_v, "z^2*" + v, x + "*" + abs_v, std::string("z")})
+    candidates.push_back({layout.num_bodies + 1, name});
   return candidates;
 }
 
@@ -70,11 +86,16 @@ state_space::Equations equations_of(const BodiesLayout& layout, const std::vecto
                                     const std::vector<double>& known) {
   state_space::Equations equations{.states = {}, .inputs = layout.inputs, .terms = {}};
   for (int body = 1; body <= layout.num_bodies; ++body) {
-    equations.states.insert(equations.states.end(), {fmt::format("x{}", body), fmt::format("v{}", body)});
+    equations.states.insert(equations.states.end(), {layout.named('x', body), layout.named('v', body)});
     equations.terms.push_back({.text = equations.states.back(), .state = 2 * body - 2, .known = 1.0});
   }
+  if (layout.inner != Inner::none) {
+    equations.states.emplace_back("z");
+    if (std::find(terms.begin(), terms.end(), inner_force()) == terms.end())
+      equations.terms.push_back({.text = inner_force().name, .state = 1, .known = -1.0});
+  }
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    state_space::Term term{.text = terms[i].name, .state = 2 * terms[i].body - 1};
+    state_space::Term term{.text = terms[i].name, .state = std::min(2 * terms[i].body - 1, layout.num_states() - 1)};
     if (!known.empty()) term.known = known[i];
     equations.terms.push_back(std::move(term));
   }
@@ -87,13 +108,14 @@ std::string unit_of(const BodyTerm& term, const BodiesLayout& layout, const std:
     signals.signals.push_back({.name = name, .unit = unit, .values = {}});
   };
   for (int body = 1; body <= layout.num_bodies; ++body)
-    add(fmt::format("x{}", body), length), add(fmt::format("v{}", body), length + "/s");
-  add("r", length), add("dr", length + "/s"), add("ddr", length + "/s^2"), add("f", "N"), add("t", "s");
+    add(layout.named('x', body), length), add(layout.named('v', body), length + "/s");
+  add("z", length + "/s^2"), add("r", length), add("dr", length + "/s"), add("ddr", length + "/s^2"), add("f", "N"),
+      add("t", "s");
   const Expression expression(term.name);
   const std::vector<std::string>& used = expression.signals();
   if (std::any_of(used.begin(), used.end(), [&](const std::string& name) { return signals.find(name) == nullptr; }))
     return {};
-  return coefficient_unit(length + "/s^2", expression.unit(signals));
+  return coefficient_unit(layout.target_unit(term.body, length), expression.unit(signals));
 }
 
 }  // namespace ident

@@ -13,11 +13,28 @@ enum class Frame {
   base       ///< they are relative to the base, whose acceleration ddr acts on all
 };
 
-/// Displacements x1 ... xn in a row, body i beside i - 1 and i + 1, and what acts on them from outside.
+/// A state that nothing records.
+enum class Inner {
+  none,
+  hysteresis  ///< of one body: a force per mass z with a memory; it stands in the equation as -z, which fixes its scale
+};
+
+/// Displacements x1 ... xn in a row, body i beside i - 1 and i + 1, and what acts on them from outside. One body alone
+/// is x and v.
 struct BodiesLayout {
   int num_bodies = 0;
   Frame frame = Frame::ground;
   std::vector<std::string> inputs = {};  ///< "f", "r", "dr", "ddr", by any other name too
+  Inner inner = Inner::none;
+  /// x and v of each body, then z.
+  [[nodiscard]] int num_states() const { return 2 * num_bodies + (inner == Inner::none ? 0 : 1); }
+  /// "x1", "v1" of a body, and what its equation is for, "a1"; of the equation behind that of the last body "dz".
+  [[nodiscard]] std::string named(char letter, int body) const;
+  [[nodiscard]] std::string target(int equation) const;
+  [[nodiscard]] std::string target_unit(int equation, const std::string& length) const {
+    return length + (equation > num_bodies ? "/s^3" : "/s^2");
+  }
+  [[nodiscard]] int num_equations() const { return num_bodies + (inner == Inner::none ? 0 : 1); }
   /// Own motion of a body as a term: "x1", "(x1 - r)"; its rate "v1", "(v1 - dr)".
   [[nodiscard]] std::string position(int body) const;
   [[nodiscard]] std::string speed(int body) const;
@@ -26,11 +43,14 @@ struct BodiesLayout {
   [[nodiscard]] static std::string stretch_rate(int lower);
 };
 
-/// A product in the equation of a body, from 1.
+/// A product in the equation of a body, from 1; behind the last that of z.
 struct BodyTerm {
   int body = 1;
   std::string name;
+  [[nodiscard]] bool operator==(const BodyTerm& other) const = default;
 };
+/// How z stands in the equation of its body, by a coefficient of -1.
+[[nodiscard]] BodyTerm inner_force();
 
 struct BodyLibrary {
   int order = 3;                        ///< of products of own position and speed, and of powers of a stretch
@@ -40,15 +60,17 @@ struct BodyLibrary {
 
 /// For each body: 1 and products of own position and speed up to the order, sgn of the speed; for each neighbour powers
 /// of the stretch, its rate and the sgn of that, all written upwards in both equations; every input but r and dr, which
-/// act through the first two.
+/// act through the first two. For z the products of [Wen76] with exponents 1 and 2, that of [Val71] with x,
+/// and z itself, by which it creeps back.
 [[nodiscard]] std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrary& library);
 
-/// x1' = v1, v1' = terms of body 1, ...; states x1, v1, x2, v2 ... With `known` coefficients, or all sought.
+/// x1' = v1, v1' = terms of body 1, ...; states x1, v1, x2, v2 ... z. With `known` coefficients, or all sought but that
+/// of inner_force, which need not be among the terms.
 [[nodiscard]] state_space::Equations equations_of(const BodiesLayout& layout, const std::vector<BodyTerm>& terms,
                                                   const std::vector<double>& known = {});
 
-/// Unit of a term's coefficient in an equation for an acceleration, lengths in `length` ("m", "rad"), f in N, other
-/// inputs not known; empty where it does not follow.
+/// Unit of a term's coefficient in an equation for an acceleration or the rate of one, lengths in `length` ("m",
+/// "rad"), f in N, other inputs not known; empty where it does not follow.
 [[nodiscard]] std::string unit_of(const BodyTerm& term, const BodiesLayout& layout, const std::string& length);
 
 }  // namespace ident

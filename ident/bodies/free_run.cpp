@@ -56,11 +56,11 @@ RunErrors errors_of_run(const BodiesRecord& record, const MatrixXd& positions, I
 std::optional<std::vector<double>> first_state(const BodiesModel& model, const BodiesRecord& record,
                                                dsp::IndexRange over, int num_threads) {
   const std::vector<double> known(model.mean.begin(), model.mean.end());
-  const BodiesStatement statement = statement_of(record, model.terms, known, over, 1);
+  const BodiesStatement statement = statement_of(record, model.layout, model.terms, known, over, 1);
   if (statement.problem.records.empty()) return std::nullopt;
   const state_space::Fit fit = state_space::fit(statement.problem, {.num_threads = num_threads});
   const auto& states = fit.point.states.front();
-  const auto n = static_cast<std::ptrdiff_t>(2 * model.layout.num_bodies);
+  const auto n = static_cast<std::ptrdiff_t>(model.layout.num_states());
   if (!std::all_of(states.begin(), states.begin() + n, [](double value) { return std::isfinite(value); }))
     return std::nullopt;
   return std::vector<double>(states.begin(), states.begin() + n);

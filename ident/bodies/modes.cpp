@@ -41,7 +41,7 @@ VectorXd numbers_of(std::complex<double> lambda, const Eigen::VectorXcd& vector,
   VectorXd numbers(2 + 2 * num_bodies);
   const bool is_open = largest < 0;
   numbers(0) = std::abs(lambda) / dsp::two_pi;
-  numbers(1) = -lambda.real() / std::abs(lambda);
+  numbers(1) = 0.0 - lambda.real() / std::abs(lambda);
   for (Index i = 0; i < num_bodies; ++i)
     if (largest < 0 || (is_open && std::abs(vector(2 * i)) > std::abs(vector(2 * largest)))) largest = i;
   for (Index i = 0; i < num_bodies; ++i) {

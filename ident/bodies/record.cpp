@@ -120,9 +120,18 @@ void leave_out_ends(BodiesRecord& record) {
   std::erase_if(record.usable, [](const dsp::IndexRange& one) { return one.first >= one.last; });
 }
 
+dsp::Recording with_one_body(dsp::Recording recording) {
+  for (dsp::Channel& channel : recording.channels) {
+    const dsp::Body whose = dsp::info_of(channel.role).body;
+    if (whose == dsp::Body::relative || whose == dsp::Body::payload) channel.body = 1;
+  }
+  return recording;
+}
+
 }  // namespace
 
-BodiesRecord bodies_record(const dsp::Recording& recording) {
+BodiesRecord bodies_record(const dsp::Recording& given, bool one_body) {
+  const dsp::Recording recording = one_body ? with_one_body(given) : given;
   BodiesRecord record{.name = recording.name, .sample_rate_hz = recording.sample_rate_hz};
   for (const dsp::Channel& channel : recording.channels) record.num_bodies = std::max(record.num_bodies, channel.body);
   const std::vector<Index> columns = columns_of_bodies(recording, record.num_bodies);

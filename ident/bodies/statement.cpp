@@ -50,12 +50,11 @@ void take_pieces(state_space::Problem& problem, const BodiesRecord& record, cons
 
 }  // namespace
 
-BodiesStatement statement_of(const BodiesRecord& record, const std::vector<BodyTerm>& terms,
+BodiesStatement statement_of(const BodiesRecord& record, const BodiesLayout& layout, const std::vector<BodyTerm>& terms,
                              const std::vector<double>& known, dsp::IndexRange over, Index thinned_by) {
   BodiesStatement result;
   state_space::Problem& problem = result.problem;
-  problem.equations =
-      equations_of({record.num_bodies, record.frame.value_or(Frame::ground), record.inputs}, terms, known);
+  problem.equations = equations_of(layout, terms, known);
   problem.sample_rate_hz = record.sample_rate_hz;
   problem.input_noise_std = record.input_noise_std;
   for (size_t j = 0; j < record.channels.size(); ++j)

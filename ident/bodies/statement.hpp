@@ -14,8 +14,8 @@ struct BodiesStatement {
 };
 
 /// Of the usable samples among these. `thinned_by`: as often as another statement of the same samples; 0: as may be.
-[[nodiscard]] BodiesStatement statement_of(const BodiesRecord& record, const std::vector<BodyTerm>& terms,
-                                           const std::vector<double>& known, dsp::IndexRange over,
-                                           Eigen::Index thinned_by);
+[[nodiscard]] BodiesStatement statement_of(const BodiesRecord& record, const BodiesLayout& layout,
+                                           const std::vector<BodyTerm>& terms, const std::vector<double>& known,
+                                           dsp::IndexRange over, Eigen::Index thinned_by);
 
 }  // namespace ident

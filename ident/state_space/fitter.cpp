@@ -30,6 +30,9 @@ Fitter::Fitter(const Problem& problem, int num_threads)
     if (speed >= 0) speeds_.push_back(speed);
   all_parameters_.resize(as_size(layout().num_coefficients));
   std::iota(all_parameters_.begin(), all_parameters_.end(), 0);
+  // Before an inner state moves, what it does and what a term of its own does are the same, and a step between them
+  // costs nothing: it is kept short.
+  if (problem.equations.states.size() > 2 * speeds_.size()) least_damping_ = 0.03;
   const std::vector<Prior> priors = priors_of(problem_.problem());
   for (int i = layout().num_coefficients; i < layout().size(); ++i)
     if (priors[as_size(i)].std > 0.0) all_parameters_.push_back(i);
@@ -61,7 +64,22 @@ void Fitter::begin(const std::vector<double>& coefficients) {
     if (std::binary_search(parameters_.begin(), parameters_.end(), static_cast<int>(i)))
       point_.parameters[i] = coefficients[i];
   point_.states = start_.states;
-  if (coefficients.empty()) regress();
+  if (!coefficients.empty()) return;
+  regress();
+  const std::vector<InnerForce> forces = inner_forces(problem_.problem().equations);
+  if (forces.empty() || !look()) return;
+  // An inner force begins as what the other terms leave of the rate that it acts on.
+  const size_t ns = start_.scales.size();
+  for (const InnerForce& force : forces)
+    for (size_t r = 0; r < linear_->records.size(); ++r) {
+      const std::vector<double>& defect = linear_->records[r].defect;
+      std::vector<double>& states = point_.states[r];
+      for (size_t k = 0; k < states.size() / ns; ++k)
+        states[k * ns + as_size(force.state)] =
+            defect[std::min(k, states.size() / ns - 2) * ns + as_size(force.speed)] *
+            problem_.problem().sample_rate_hz / force.coefficient;
+    }
+  regress();
 }
 
 /// Parameters by least squares on steps and outputs of the states as they are.
@@ -121,9 +139,8 @@ bool Fitter::look() {
   return std::isfinite(smoothed_.cost);
 }
 
-Point Fitter::moved(const std::vector<double>& step, const std::vector<std::vector<double>>& states,
+Point Fitter::moved(Point point, const std::vector<double>& step, const std::vector<std::vector<double>>& states,
                     double factor) const {
-  Point point = point_;
   for (size_t j = 0; j < step.size(); ++j) point.parameters[as_size(parameters_[j])] += factor * step[j];
   for (size_t r = 0; r < states.size(); ++r)
     for (size_t i = 0; i < states[r].size(); ++i) point.states[r][i] += factor * states[r][i];
@@ -133,15 +150,21 @@ Point Fitter::moved(const std::vector<double>& step, const std::vector<std::vect
 bool Fitter::try_step(const std::vector<double>& step) {
   const auto states = states_step(smoothed_.eliminated, step, true, num_threads_);
   const double merit = smoothed_.cost + linear_part(point_);
+  const std::vector<double> none(step.size(), 0.0);
   for (const double factor : {1.0, 0.5, 0.2}) {
-    Point point = moved(step, states, factor);
-    ++num_linearised_;
-    std::optional<Linear> about = problem_.about(point, parameters_, parts_, num_threads_);
-    if (!about) continue;
-    Smoothed there = smooth(*about, noise_, true, num_threads_);
-    if (!(there.cost + linear_part(point) <= merit + 1e-9 * std::abs(merit))) continue;
-    point_ = std::move(point), linear_ = std::move(about), smoothed_ = std::move(there);
-    return true;
+    Point point = moved(point_, step, states, factor);
+    // Where steps are hard the states lie in a narrow valley that bends: one step of theirs alone leads back to it.
+    for (const bool corrected : {false, true}) {
+      ++num_linearised_;
+      std::optional<Linear> about = problem_.about(point, parameters_, parts_, num_threads_);
+      if (!about) break;
+      Smoothed there = smooth(*about, noise_, true, num_threads_);
+      if (there.cost + linear_part(point) <= merit + 1e-9 * std::abs(merit)) {
+        point_ = std::move(point), linear_ = std::move(about), smoothed_ = std::move(there);
+        return true;
+      }
+      if (!corrected) point = moved(point, none, states_step(there.eliminated, none, true, num_threads_), 1.0);
+    }
   }
   return false;
 }
@@ -150,13 +173,14 @@ bool Fitter::iterate(int most, double tolerance) {
   constexpr int most_dampings = 8;
   if (!look()) return false;
   const std::vector<double> linear = sought(gradient_);
-  double damping = 0.0;
+  const double least = tolerance > of_rest ? least_damping_ : 0.0;
+  double damping = least;
   for (int i = 0, dampings = 0; i < most && dampings <= most_dampings && !is_spent();) {
     const Triangle& triangle = smoothed_.parameters;
     const std::vector<double> step = (damping > 0.0 ? triangle.damped(damping) : triangle).solve(linear);
     if (smoothed_.cost - triangle.value(step, linear) < tolerance) return true;
     if (try_step(step)) {
-      damping = damping > 1e-6 ? 0.1 * damping : 0.0;
+      damping = damping > 1e-6 ? std::max(least, 0.1 * damping) : least;
       ++i, dampings = 0;
     } else {
       damping = 10.0 * std::max(damping, 1e-4);
@@ -204,7 +228,7 @@ bool Fitter::refit_softly() {
 
 Triangle Fitter::freed() {
   const std::optional<Linear> linear = problem_.about(point_, all_parameters_, parts_, num_threads_);
-  if (!linear) throw std::logic_error("state_space: a point that was finite");
+  if (!linear) throw std::range_error("state_space: a candidate without a finite value");
   std::vector<double> values;
   for (const int i : all_parameters_) values.push_back(point_.parameters[as_size(i)]);
   freed_ = smooth(*linear, noise_, true, num_threads_);
@@ -216,7 +240,7 @@ void Fitter::move_to(const std::vector<int>& coefficients, const std::vector<dou
   for (size_t j = 0; j < values.size(); ++j) step.push_back(values[j] - point_.parameters[as_size(all_parameters_[j])]);
   const std::vector<std::vector<double>> states = states_step(freed_.eliminated, step, true, num_threads_);
   parameters_ = all_parameters_;
-  point_ = moved(step, states, 1.0);
+  point_ = moved(point_, step, states, 1.0);
   seek(coefficients);
 }
 

@@ -57,7 +57,8 @@ class Fitter {
   void stand(const Standing& at);
 
   /// All coefficients freed about the point, those not sought from zero: the triangle in their values, no longer in
-  /// steps, in the order of `all_parameters`. One solution answers for every subset.
+  /// steps, in the order of `all_parameters`. One solution answers for every subset. Throws std::range_error where a
+  /// candidate has no finite value along the states.
   [[nodiscard]] Triangle freed();
   /// Seeks these coefficients from these values of `all_parameters`, the states moved as the freed problem has them.
   void move_to(const std::vector<int>& coefficients, const std::vector<double>& values);
@@ -102,8 +103,8 @@ class Fitter {
   [[nodiscard]] bool try_step(const std::vector<double>& step);
   [[nodiscard]] double linear_part(const Point& point) const;
   [[nodiscard]] std::vector<double> sought(const std::vector<double>& of_layout) const;
-  [[nodiscard]] Point moved(const std::vector<double>& step, const std::vector<std::vector<double>>& states,
-                            double factor) const;
+  [[nodiscard]] Point moved(Point point, const std::vector<double>& step,
+                            const std::vector<std::vector<double>>& states, double factor) const;
   [[nodiscard]] std::vector<Level> levels(bool with_process);
   void search(const std::vector<Level>& levels, std::vector<double>& widths);
   [[nodiscard]] double log_determinant(const Point& point);
@@ -135,7 +136,7 @@ class Fitter {
   std::optional<Standing> soft_;
   bool settled_ = false;
   double softest_ = 0.06;  ///< so much that a start from zero fits
-  double gain_of_process_noise_ = 0.0;
+  double gain_of_process_noise_ = 0.0, least_damping_ = 0.0;
 };
 
 }  // namespace ident::state_space

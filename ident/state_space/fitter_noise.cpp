@@ -171,7 +171,8 @@ bool Fitter::follow_log_determinant() {
       step[j] = width * std;
       const auto states = states_step(smoothed_.eliminated, step, false, num_threads_);
       gradient[as_size(parameters_[j])] =
-          (log_determinant(moved(step, states, 1.0)) - log_determinant(moved(step, states, -1.0))) / (2.0 * step[j]);
+          (log_determinant(moved(point_, step, states, 1.0)) - log_determinant(moved(point_, step, states, -1.0))) /
+          (2.0 * step[j]);
       if (!std::isfinite(gradient[as_size(parameters_[j])])) return false;
     }
     // The mean of all rounds: steps of their own go to and fro where the determinant bends.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <stdexcept>
 
 #include "ident/state_space/fitter.hpp"
 
@@ -213,8 +214,10 @@ void search_again(Fitter& fitter, Terms& terms, const Terms& allowed, double pri
 
 }  // namespace
 
-Selection select(const Problem& problem, const SelectOptions& options) {
-  Fitter fitter(problem, options.fit.num_threads);
+namespace {
+
+/// Throws std::range_error where a candidate outside the selection has no finite value along it.
+Selection select_with(Fitter& fitter, const Problem& problem, const SelectOptions& options) {
   const int num_coefficients = fitter.layout().num_coefficients;
   Terms allowed(static_cast<size_t>(num_coefficients));
   std::iota(allowed.begin(), allowed.end(), 0);
@@ -249,6 +252,20 @@ Selection select(const Problem& problem, const SelectOptions& options) {
   for (size_t i = 0; i < selection.fit.scattered.size(); ++i) selection.fit.scattered[i] += spread[i];
   selection.outside = outside_of(fitter, subsets, terms, options.barred, selection.price);
   return selection;
+}
+
+}  // namespace
+
+Selection select(const Problem& problem, const SelectOptions& options) {
+  Fitter fitter(problem, options.fit.num_threads);
+  try {
+    return select_with(fitter, problem, options);
+  } catch (const std::range_error&) {
+    Selection nothing{.fit = fitter.result()};
+    nothing.fit.settled = false;
+    nothing.scores.resize(static_cast<size_t>(fitter.layout().num_coefficients));
+    return nothing;
+  }
 }
 
 }  // namespace ident::state_space

@@ -104,10 +104,24 @@ std::vector<int> speeds_of(const Equations& equations) {
   std::vector<int> speeds(equations.states.size(), -1);
   for (const Term& term : equations.terms) {
     const auto named = std::find(equations.states.begin(), equations.states.end(), term.text);
-    if (term.known && named != equations.states.end())
+    const bool alone = std::count_if(equations.terms.begin(), equations.terms.end(),
+                                     [&](const Term& other) { return other.state == term.state; }) == 1;
+    if (term.known == 1.0 && alone && named != equations.states.end())
       speeds[static_cast<std::size_t>(term.state)] = static_cast<int>(named - equations.states.begin());
   }
   return speeds;
+}
+
+std::vector<InnerForce> inner_forces(const Equations& equations) {
+  const std::vector<int> speeds = speeds_of(equations);
+  std::vector<InnerForce> forces;
+  for (const Term& term : equations.terms) {
+    const auto named = std::find(equations.states.begin(), equations.states.end(), term.text);
+    if (term.known && named != equations.states.end() &&
+        std::find(speeds.begin(), speeds.end(), term.state) != speeds.end())
+      forces.push_back({static_cast<int>(named - equations.states.begin()), term.state, *term.known});
+  }
+  return forces;
 }
 
 std::vector<double> noise_floors(const Problem& problem) {
@@ -183,6 +197,7 @@ Problem with_origins(Problem problem, const std::vector<double>& scales) {
 Start start_of(const Linearisation& problem) {
   const Problem& given = problem.problem();
   const std::vector<int> speeds = speeds_of(given.equations);
+  const std::vector<InnerForce> forces = inner_forces(given.equations);
   const std::vector<double> floors = noise_floors(given);
   const auto ns = static_cast<std::size_t>(problem.model().num_states());
   Start start{.scales = std::vector<double>(ns, 0.0)};
@@ -208,6 +223,9 @@ Start start_of(const Linearisation& problem) {
       const double to_hz = cutoff_hz(signal, given.sample_rate_hz, floors[*best]);
       write(i, derived(signal, given.sample_rate_hz, -order, to_hz));
       write(static_cast<std::size_t>(speeds[i]), derived(signal, given.sample_rate_hz, 1 - order, to_hz));
+      const double a = std_of(derived(signal, given.sample_rate_hz, 2 - order, to_hz));
+      for (const InnerForce& force : forces)
+        if (force.speed == speeds[i]) start.scales[as_size(force.state)] += static_cast<double>(n) * a * a;
     }
     for (std::size_t j = 0; j < given.channels.size(); ++j) {
       const auto of = static_cast<std::size_t>(given.channels[j].state),

@@ -8,6 +8,14 @@ namespace ident::state_space {
 /// The states and their kinematics: state i is a position whose rate is state speed[i]; -1: it is not.
 [[nodiscard]] std::vector<int> speeds_of(const Equations& equations);
 
+/// A state that nothing ties to a position and that acts on a speed by a known coefficient: it is of the size of that
+/// speed's rate.
+struct InnerForce {
+  int state = 0, speed = 0;
+  double coefficient = 1.0;
+};
+[[nodiscard]] std::vector<InnerForce> inner_forces(const Equations& equations);
+
 /// White noise of a sample of each channel as the upper end of its own spectrum has it, 0.25 to 0.45 of the sample
 /// rate: its standard deviation, where noise_std is not given. Never below 1e-6 of the channel's own.
 [[nodiscard]] std::vector<double> noise_floors(const Problem& problem);

@@ -1,4 +1,6 @@
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "support/program.hpp"
@@ -114,5 +116,55 @@ TEST_CASE("a recorded force drives a chain as it drove what was recorded", "[app
       "paste -d, one/response.csv two/response.csv | awk -F, 'NR > 1 {d = $2 - $6; if (d < 0) d = -d; if (d > m) "
       "m = d} END {exit !(NR > 2000 && m < 1e-4)}'",
       0);
-  CHECK_THAT(ends(folder, "$ARDENT -q sim duffing -o no --drive one/response.csv", 2), Catch::Contains("--drive"));
+  CHECK_THAT(ends(folder, "$ARDENT -q sim qzs -o no --drive one/response.csv", 2), Catch::Contains("--drive"));
+}
+
+TEST_CASE("a force with a memory is found where it is asked for, and said to be missing where it is not",
+          "[apps][bodies][memory]") {
+  const Scratch folder;
+  const auto loop = [&](const std::string& name, const std::string& options) {
+    (void)ends(folder,
+               "$ARDENT -q sim chain -o drive-" + name + " --set from_hz=0.3 --set to_hz=2 " + options +
+                   " && $ARDENT -q sim bouc-wen --set a=0.2 --drive drive-" + name + "/response.csv -o " + name +
+                   (name == "own" ? " --noise 0.01" : "") + " && cut -d, -f1,2,7 " + name + "/response.csv > " + name +
+                   ".csv",
+               0);
+  };
+  loop("own", "--set rms=40 --seed 7");
+  loop("other", "--set rms=30 --seed 960012 --duration 30");
+  (void)ends(folder, "$ARDENT -q check own.csv --set library.inner=hysteresis", 0);
+  (void)ends(folder, "$ARDENT -q run own.csv -o run --set library.inner=hysteresis", 0);
+  const json result = document(folder, "run/equation.json"), inner = result["inner"];
+  CHECK(result["verdict"] == "describes");
+  CHECK(inner["kept"] == true);
+  CHECK(inner["target"] == "dz");
+  // Of z in units of its own force, which is four fifths of the restoring one: k (1 - a), delta, gamma.
+  const std::map<std::string, double> truth{{"v", 40.0}, {"z*abs(v)", -0.5}, {"abs(z)*v", -0.5}};
+  REQUIRE(inner["terms"].size() == truth.size());
+  for (const json& term : inner["terms"])
+    CHECK(std::abs(term["mean"].get<double>() - truth.at(term["name"])) < 4.0 * term["std"].get<double>());
+  const json& own = result["bodies"][0]["terms"];
+  REQUIRE(own.size() == 3);
+  CHECK(own[2]["name"] == "z");
+  CHECK(own[2]["mean"] == -1.0);
+  CHECK(result["covariance"].size() == 6);
+  CHECK_THAT(support::bytes_of(folder / "run/equation.txt"), Catch::Contains(" f - z\n") && Catch::Contains("dz = "));
+  CHECK(std::filesystem::exists(folder / "run/figures/memory-loop.svg"));
+  (void)ends(folder, "$ARDENT -q run run", 0);  // the same bytes again
+  (void)ends(folder, "$ARDENT -q predict run other.csv -o predicted", 0);
+  // From coefficients of a record of 1 % noise.
+  CHECK(document(folder, "predicted/predict.json")["bodies"][0]["nmse"].get<double>() < 1e-3);
+
+  // Without the setting the residual shows in this record what is missing, and the setting that finds it is said.
+  const auto plain = support::run(folder, "$ARDENT -q run own.csv -o plain");
+  CAPTURE(plain.out, plain.err);
+  CHECK_THAT(plain.out, Catch::Contains("inner = \"hysteresis\""));
+  // Where it is read it counts, and where it does not count it is refused.
+  (void)folder.file("two.toml",
+                    "schema = 1\n[[recording]]\nfile = \"own.csv\"\n[[recording]]\nfile = \"other.csv\"\n[library]\n"
+                    "inner = \"hysteresis\"\n");
+  CHECK_THAT(ends(folder, "$ARDENT -q run two.toml -o two", 2),
+             Catch::Contains("several recordings with [library] inner"));
+  CHECK_THAT(ends(folder, "$ARDENT -q study own.csv -o s --set library.inner=hysteresis", 2),
+             Catch::Contains("[library] inner"));
 }

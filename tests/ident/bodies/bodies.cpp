@@ -7,9 +7,12 @@
 #include <cmath>
 #include <map>
 
+#include "ident/bodies/tally.hpp"
 #include "sim/chain.hpp"
 #include "sim/noise.hpp"
 #include "sim/simulate.hpp"
+
+using support::BodiesTally;
 
 namespace test_bodies {
 
@@ -21,10 +24,6 @@ struct Draw {
   ident::BodiesRecord record;
   std::map<std::string, double> truth;  ///< by "body term"
 };
-
-std::string key(int body, const std::string& term) {
-  return fmt::format("{} {}", body, term);
-}
 
 /// A minute of a chain from rest, each displacement with white noise of a fraction of its standard deviation.
 Draw draw_of(const sim::Chain& chain, double noise, std::uint64_t seed, double duration_s = 60.0) {
@@ -51,40 +50,12 @@ Draw draw_of(const sim::Chain& chain, double noise, std::uint64_t seed, double d
                                                  : dsp::Channel{.name = "f", .role = dsp::Role::f, .unit = "N"});
   Draw draw{ident::bodies_record(recording), {}};
   for (const sim::TrueTerm& term : experiment.truth)
-    if (term.target.front() == 'a') draw.truth[key(term.row / 2, term.name)] += term.value;
+    if (term.target.front() == 'a') draw.truth[support::key(term.row / 2, term.name)] += term.value;
   return draw;
 }
 
-/// How equations stand to the truth.
-struct Tally {
-  int exact = 0, covered = 0, of = 0;
-  std::vector<double> worst;
-  void add(const ident::BodiesResult& result, const std::map<std::string, double>& truth) {
-    bool is_exact = result.silent_because.empty() && result.model.terms.size() == truth.size();
-    double largest = 0.0;
-    int inside = 0;
-    for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
-      const auto found = truth.find(key(result.model.terms[i].body, result.model.terms[i].name));
-      is_exact = is_exact && found != truth.end();
-      if (!is_exact) return;
-      const auto at = static_cast<Eigen::Index>(i);
-      const double error = std::abs(result.model.mean(at) - found->second);
-      largest = std::max(largest, error / std::abs(found->second));
-      inside += error < 1.96 * result.model.std(at) ? 1 : 0;
-    }
-    if (!is_exact) return;
-    ++exact, covered += inside, of += static_cast<int>(truth.size());
-    worst.push_back(largest);
-  }
-  [[nodiscard]] double median_worst() const {
-    std::vector<double> sorted = worst;
-    std::sort(sorted.begin(), sorted.end());
-    return sorted.at(sorted.size() / 2);
-  }
-};
-
-Tally tally(const sim::Chain& chain, double noise, std::uint64_t first_seed, int draws) {
-  Tally result;
+BodiesTally tally(const sim::Chain& chain, double noise, std::uint64_t first_seed, int draws) {
+  BodiesTally result;
   for (int i = 0; i < draws; ++i) {
     const Draw draw = draw_of(chain, noise, first_seed + static_cast<std::uint64_t>(i));
     result.add(ident::identify_bodies(draw.record, {.num_threads = 2}), draw.truth);
@@ -104,7 +75,7 @@ constexpr std::uint64_t seed = 940000;
 
 TEST_CASE("two masses with a cubic coupling are found from their displacements", "[ident][bodies]") {
   const auto [noise, allowed] = GENERATE(std::pair{0.01, 0.01}, std::pair{0.05, 0.04});
-  const Tally of = tally(two, noise, seed, 3);
+  const BodiesTally of = tally(two, noise, seed, 3);
   CAPTURE(noise, of.exact, of.covered, of.of);
   CHECK(of.exact >= 2);  // of ten a false term is met once: two of three in 97 of 100 draws
   CHECK(of.median_worst() < allowed);
@@ -116,7 +87,7 @@ TEST_CASE("three masses driven by their base are found, and that their displacem
   const ident::BodiesResult result = ident::identify_bodies(draw.record, {.num_threads = 2});
   CHECK(result.frame_was_open);
   CHECK(result.model.layout.frame == ident::Frame::absolute);
-  Tally of;
+  BodiesTally of;
   of.add(result, draw.truth);
   CHECK(of.exact == 1);
   CHECK(result.verdict == ident::Verdict::describes);
@@ -137,7 +108,7 @@ TEST_CASE("exact supports, coverage and errors of several bodies", "[.][coverage
     double worst;
   };
   const Level level = GENERATE(Level{&two, 0.01, 9, 0.01}, Level{&two, 0.05, 8, 0.04}, Level{&three, 0.01, 8, 0.02});
-  const Tally of = tally(*level.chain, level.noise, seed + 1000, 10);
+  const BodiesTally of = tally(*level.chain, level.noise, seed + 1000, 10);
   const double share = static_cast<double>(of.covered) / of.of;
   WARN(fmt::format("{} masses, noise {}: exact {} of 10, {} of {} covered ({:.3f}), worst error, median {:.2f} %",
                    level.chain->masses.size(), level.noise, of.exact, of.covered, of.of, share,

@@ -1,0 +1,48 @@
+#pragma once
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "ident/bodies/bodies.hpp"
+
+namespace support {
+
+inline std::string key(int body, const std::string& term) {
+  return fmt::format("{} {}", body, term);
+}
+
+/// How equations stand to the truth, which is by key; the force of z is none of it.
+struct BodiesTally {
+  int exact = 0, covered = 0, of = 0;
+  std::vector<double> worst;
+  void add(const ident::BodiesResult& result, const std::map<std::string, double>& truth) {
+    const std::size_t known = result.model.layout.inner == ident::Inner::none ? 0 : 1;
+    bool is_exact = result.silent_because.empty() && result.model.terms.size() == truth.size() + known;
+    double largest = 0.0;
+    int inside = 0;
+    for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
+      if (result.model.terms[i] == ident::inner_force()) continue;
+      const auto found = truth.find(key(result.model.terms[i].body, result.model.terms[i].name));
+      is_exact = is_exact && found != truth.end();
+      if (!is_exact) return;
+      const auto at = static_cast<Eigen::Index>(i);
+      const double error = std::abs(result.model.mean(at) - found->second);
+      largest = std::max(largest, error / std::abs(found->second));
+      inside += error < 1.96 * result.model.std(at) ? 1 : 0;
+    }
+    if (!is_exact) return;
+    ++exact, covered += inside, of += static_cast<int>(truth.size());
+    worst.push_back(largest);
+  }
+  [[nodiscard]] double median_worst() const {
+    std::vector<double> sorted = worst;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted.at(sorted.size() / 2);
+  }
+};
+
+}  // namespace support
