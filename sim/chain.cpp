@@ -213,7 +213,7 @@ Drive random_drive(std::uint64_t seed, double from_hz, double to_hz, double rms)
 
 Drive recorded_drive(std::vector<double> samples, double sample_rate_hz) {
   if (samples.size() < 4 || !(sample_rate_hz > 0.0))
-    throw std::invalid_argument("chain: a drive of 4 samples and more is wanted, at a positive rate");
+    throw std::invalid_argument("--drive: want 4 samples and more, at a positive rate");
   const auto shared = std::make_shared<const std::vector<double>>(std::move(samples));  // a system copies its functions
   const auto derivative = [&](int order) {
     return [shared, sample_rate_hz, order](double t) {

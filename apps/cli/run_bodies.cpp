@@ -31,6 +31,13 @@ void refuse_settings(const Config& config) {
   if (config.recordings.size() > 1) refuse("several recordings", "Run each alone");
   if (!config.test_recordings.empty()) refuse("use = \"test\"", "Try ardent predict RUN RECORDING");
   if (!config.ranges.empty()) refuse("[[range]]", "Leave it out; [fit] train_share says how much is fitted");
+  const auto looks_at_z = [](const std::string& term) {
+    const ident::Expression expression(term);
+    return std::find(expression.signals().begin(), expression.signals().end(), "z") != expression.signals().end();
+  };
+  if (config.inner != ident::Inner::none &&
+      std::any_of(config.library.terms.begin(), config.library.terms.end(), looks_at_z))
+    refuse("a term with z", "Of z the products are given; leave it out of terms");
   if (config.fit.target != "a")
     refuse("target = \"" + config.fit.target + "\"", "The target is the acceleration of each body");
   if (config.fit.stage == ident::Stage::regression) refuse("stage = \"regression\"", "Leave `stage` out");
@@ -78,6 +85,12 @@ BodiesInput read_bodies(const Config& config, const RunArguments& arguments, Con
                     "is fitted",
                     recording.name, config.inner == ident::Inner::none ? "several bodies" : "[library] inner"));
   const bool one_body = config.inner != ident::Inner::none;
+  if (one_body && samples.find(dsp::Role::z) >= 0)
+    throw dsp::Fault(
+        dsp::FaultKind::usage, "bodies.config",
+        fmt::format("{}: z was recorded, with [library] inner, which finds one that was not. Leave it out, "
+                    "or role = \"z\"",
+                    recording.name));
   BodiesInput result{.input = {}, .record = ident::bodies_record(samples, one_body)};
   if (one_body && result.record.num_bodies != 1)
     throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",
@@ -98,7 +111,10 @@ BodiesInput read_bodies(const Config& config, const RunArguments& arguments, Con
 }
 
 ident::BodyLibrary library_of(const Config& config) {
-  return {.order = config.library.order, .defaults = config.default_terms, .terms = config.library.terms};
+  return {.order = config.library.order,
+          .constant = config.library.constant,
+          .defaults = config.default_terms,
+          .terms = config.library.terms};
 }
 
 int exit_code_of(const ident::BodiesResult& result, const RunArguments& arguments, Console& console) {

@@ -82,7 +82,8 @@ Command simulate_command() {
            {"--duration", &typed->duration_s, "Length in seconds."},
            {"--drive",
             &typed->drive,
-            "A recording whose force f drives the system in place of a sine; chain with --set base=1: whose r.",
+            "A recording whose force f drives the system in place of a sine, force_n being 1 then; chain with --set "
+            "base=1: whose r.",
             {.name = "FILE"}},
            {"--frc", &typed->frc,
             "qzs: amplitude against frequency, swept up and down; --set from_hz, to_hz, step_hz, dwell_s, "

@@ -101,6 +101,9 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
     sim::Forcing drive;
     if (!arguments.drive.empty()) {
       drive = recorded_drive(arguments.drive, false, duration_s).value;
+      if (std::any_of(set.begin(), set.end(), [](const auto& one) { return one.first == "ratio"; }))
+        throw std::invalid_argument(arguments.system +
+                                    ": ratio is of the sine that --drive replaces. Leave one of them out");
       set.insert(set.begin(), {"force_n", 1.0});  // unless it is set
     }
     experiment = sim::make_experiment(arguments.system, set, drive);

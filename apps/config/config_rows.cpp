@@ -145,8 +145,9 @@ Rows library_rows() {
                   "Whether the constant \"1\" is a candidate beside the products."),
           Row::choice("inner", &Config::inner, {{"none", ident::Inner::none}, {"hysteresis", ident::Inner::hysteresis}},
                       "\"hysteresis\": a force with a memory, z, is sought beside the candidates, from what was "
-                      "recorded of the motion; it is kept where the samples ask for it. For one body. The equation of "
-                      "the acceleration has -z, and z has one of its own.",
+                      "recorded of the motion; it is kept where the samples ask for it. For one body, whose "
+                      "displacement was recorded. The equation of the acceleration has -z, and z has one of its own. "
+                      "Beside it order, constant, terms and only count.",
                       "\"none\""),
           Row::of("max_terms", library(&Options::max_terms), {.range = {.from = 1, .to = 10000}},
                   "A larger library is refused before anything is computed.")};

@@ -89,7 +89,7 @@ void name_channels(Config& config, const std::vector<Input>& inputs) {
 std::vector<ident::CandidateLibrary> compile_libraries(const Config& config, const std::vector<Input>& inputs) {
   if (config.inner != ident::Inner::none)
     throw dsp::Fault(dsp::FaultKind::usage, "config.range",
-                     "[library] inner is for ardent run and check alone. Leave it out here, or try ardent run");
+                     "[library] inner is for ardent run, check and batch alone. Leave it out here, or try ardent run");
   std::vector<ident::CandidateLibrary> libraries;
   dsp::Faults faults;
   for (std::size_t i = 0; i < inputs.size(); ++i) {

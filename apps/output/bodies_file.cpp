@@ -176,9 +176,12 @@ ident::BodiesModel read_bodies_model(const std::filesystem::path& run) {
         model.terms.push_back({body, term.at("name").get<std::string>()});
         mean.push_back(term.at("mean").get<double>()), std.push_back(term.at("std").get<double>());
       }
-      if (body < 1 || body > model.layout.num_equations()) refuse_file(file);
+      if (body < 1) refuse_file(file);
     };
-    for (const Json& body : document.at("bodies")) take_terms(body, body.at("body").get<int>());
+    for (const Json& body : document.at("bodies")) {
+      if (body.at("body").get<int>() > model.layout.num_bodies) refuse_file(file);
+      take_terms(body, body.at("body").get<int>());
+    }
     if (model.layout.inner != ident::Inner::none) take_terms(document["inner"], model.layout.num_equations());
     if (mean.empty() || mean.size() > most_terms) refuse_file(file);
     model.mean = Eigen::VectorXd::Map(mean.data(), std::ssize(mean));

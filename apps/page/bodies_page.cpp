@@ -46,10 +46,11 @@ ScreenEntry equations_entry(const ident::BodiesResult& result, const ident::Bodi
 std::string memory_text(const ident::BodiesResult& result) {
   const bool kept = result.model.layout.inner != ident::Inner::none;
   if (!std::isfinite(result.gain_of_memory))
-    return fmt::format("Memory: {} a hysteretic force the fit did not come to rest.", kept ? "without" : "with");
+    return kept ? "Memory: kept without a comparison, as no fit without a hysteretic force came to rest."
+                : "Memory: none. With a hysteretic force, which was sought, no fit was found.";
   return kept ? fmt::format(
-                    "Memory: with the hysteretic force the samples are more likely by {:.0f} of -2 log likelihood "
-                    "than without, beyond the price of its terms.",
+                    "Memory: with the hysteretic force -2 log likelihood of the samples is lower by {:.0f} than "
+                    "without, beyond the price of its terms.",
                     result.gain_of_memory)
               : "Memory: none. A hysteretic force was sought, and the samples do not ask for it.";
 }
@@ -164,7 +165,7 @@ ScreenEntry inputs_entry(const ident::BodiesResult& result, const ident::BodiesR
 }
 
 std::string of_equation(const ident::BodiesLayout& layout, int equation) {
-  return equation > layout.num_bodies ? "the memory z"
+  return equation > layout.num_bodies ? "the force z"
          : layout.num_bodies == 1     ? "the motion"
                                       : fmt::format("body {}", equation);
 }
@@ -217,8 +218,10 @@ void write_modes(const ident::BodiesResult& result, HtmlWriter& html) {
     html.element("p", "None: about rest the equations do not swing.");
   else
     html.element("p",
-                 "The equations made linear about rest: amplitudes so small that only stiffness and damping count. The "
-                 "largest part of a shape is 1; a negative one moves against it.");
+                 "The equations made linear about rest: amplitudes so small that only stiffness and damping count." +
+                     std::string(result.model.layout.num_bodies > 1
+                                     ? " The largest part of a shape is 1; a negative one moves against it."
+                                     : ""));
   Strings heads{"mode", "natural frequency (Hz)", "damping ratio"};
   const Index num_bodies = result.model.layout.num_bodies, num_shown = num_bodies > 1 ? num_bodies : 0;
   for (Index i = 0; i < num_shown; ++i) heads.push_back(fmt::format("shape of x{}", i + 1));
@@ -313,15 +316,26 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
               panel));
   }
   if (result.loop.position.size() > 0) {
+    constexpr double drawn = 8.0;  // periods: more loops hide one another
+    const ident::Loop& loop = result.loop;
+    const Index all = loop.position.size(),
+                count = result.modes.empty()
+                            ? all
+                            : std::clamp<Index>(
+                                  static_cast<Index>(drawn * loop.sample_rate_hz / result.modes.front().frequency_hz),
+                                  1, all);
     PlotPanel panel{"force with a memory against displacement", axis(0),
                     fmt::format("z ({})", layout.target_unit(1, printable(record.length)))};
-    panel.series = {{"measured", result.loop.position, result.loop.measured, PlotStyle::points, PlotColour::black},
-                    {"identified", result.loop.position, result.loop.force, PlotStyle::line, PlotColour::vermilion}};
-    figures.push_back(chart("memory-loop",
-                            "Loops of the force per mass z against displacement, over the longest fitted stretch. "
-                            "Measured: what the other terms leave of the acceleration, which is derived from the "
-                            "displacement. Identified: z.",
-                            panel));
+    panel.series = {
+        {"measured", loop.position.tail(count), loop.measured.tail(count), PlotStyle::points, PlotColour::black},
+        {"identified", loop.position.tail(count), loop.force.tail(count), PlotStyle::line, PlotColour::vermilion}};
+    figures.push_back(
+        drawing("memory-loop",
+                fmt::format("Loops of the force per mass z against displacement, the last {:.3g} s of the "
+                            "longest fitted stretch. Measured: what the other terms leave of the "
+                            "acceleration, which is derived from the displacement. Identified: z.",
+                            static_cast<double>(count) / loop.sample_rate_hz),
+                panel));
   }
   for (Index body = 0; body < record.num_bodies; ++body) {
     PlotPanel panel{layout.num_bodies == 1 ? "as recorded" : fmt::format("body {} as recorded", body + 1), "time (s)",

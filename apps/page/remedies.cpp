@@ -182,8 +182,13 @@ Remedy of_missing_term(const RunResults& results, const ident::JudgedFit& fit) {
         "{} explains {} of the residual's power, and no term of x and v can: the force depends on the past. If it can "
         "be measured, give its channel role = \"z\".",
         named->what, ident::percent(named->fraction));
-    if (results.inputs.size() > 1) return {why + " From one of the recordings alone it can be found unmeasured.", {}};
-    return {why + " To find it unmeasured; in the config:", {"[library]", "inner = \"hysteresis\""}};
+    const auto& channels = results.inputs.front().prepared.channels;
+    const bool has_displacement = std::any_of(channels.begin(), channels.end(), [](const dsp::Channel& channel) {
+      const dsp::SignalInfo& role = dsp::info_of(channel.role);
+      return role.order == 0 && (role.body == dsp::Body::relative || role.body == dsp::Body::payload);
+    });
+    if (results.inputs.size() > 1 || !has_displacement) return {why, {}};
+    return {why + " To find it unmeasured, set in the config:", {"[library]", "inner = \"hysteresis\""}};
   }
   if (named && named->candidate && named->at_motion) return with_less_noise(fit, *named);
   if (named) return with_explanation(results.config, *named);

@@ -105,6 +105,11 @@ double score_of(const Choice& choice) {
     if (std::cmp_less(i, choice.candidates.size())) score += choice.selection.price;
   if (choice.layout.inner == Inner::none) return score;
   const VectorXd z = states_of(choice, choice.layout.num_states() - 1);
+  const bool moves = std::any_of(fit.parameters.begin(), fit.parameters.end(), [&](int i) {
+    return std::cmp_less(i, choice.candidates.size()) &&
+           choice.candidates[static_cast<size_t>(i)].body > choice.layout.num_bodies;
+  });
+  if (!moves || !(rms(z) > 0.0)) return std::numeric_limits<double>::infinity();
   return score + choice.selection.price + 2.0 * static_cast<double>(fit.point.states.size()) * std::log(rms(z));
 }
 
@@ -113,7 +118,7 @@ Choice with_memory(Choice without, const BodiesRecord& record, const BodiesOptio
   result.sought_memory = true;
   Choice with = choose(record, without.layout.frame, options.inner, options, result.train);
   result.gain_of_memory = score_of(without) - score_of(with);
-  return result.gain_of_memory > 0.0 ? with : without;
+  return result.gain_of_memory > 0.0 ? std::move(with) : std::move(without);
 }
 
 /// Of the samples that may be used, from the first on.
@@ -237,6 +242,11 @@ void judge(BodiesResult& result, double sample_rate_hz) {
 }  // namespace
 
 BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options) {
+  constexpr Index fewest = 32;
+  if (record.samples.rows() < fewest)
+    throw dsp::Fault(dsp::FaultKind::input, "bodies.short",
+                     fmt::format("{}: {} samples are too few, want {} at least. Record longer", record.name,
+                                 record.samples.rows(), fewest));
   const dsp::IndexRange train = train_of(record, options.train_fraction);
   BodiesResult result{.train = train};
   Choice best = choose(record, record.frame.value_or(Frame::absolute), Inner::none, options, train);

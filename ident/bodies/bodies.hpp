@@ -60,6 +60,7 @@ struct BodiesRun {
 
 /// The force per mass that an inner state stands for, along the fitted samples.
 struct Loop {
+  double sample_rate_hz = 0.0;
   Eigen::VectorXd position = {}, force = {};
   Eigen::VectorXd measured = {};  ///< what the other terms leave of the derived acceleration
 };

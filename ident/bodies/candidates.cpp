@@ -56,7 +56,7 @@ std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrar
   std::vector<BodyTerm> candidates;
   for (int body = 1; body <= layout.num_bodies; ++body) {
     const auto add = [&](std::string name) { candidates.push_back({body, std::move(name)}); };
-    if (library.order > 0) add("1");
+    if (library.order > 0 && library.constant) add("1");
     for (int degree = 1; degree <= library.order; ++degree)
       for (int of_position = degree; of_position >= 0; --of_position)
         add(product(power(layout.position(body), of_position), power(layout.speed(body), degree - of_position)));

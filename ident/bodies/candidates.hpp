@@ -54,6 +54,7 @@ struct BodyTerm {
 
 struct BodyLibrary {
   int order = 3;                        ///< of products of own position and speed, and of powers of a stretch
+  bool constant = true;                 ///< whether 1 is one
   bool defaults = true;                 ///< friction, stretches and inputs
   std::vector<std::string> terms = {};  ///< for every body: of x1, v1, ... and inputs, as they stand
 };

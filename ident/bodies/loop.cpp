@@ -15,7 +15,8 @@ Loop loop_of(const BodiesModel& model, const MatrixXd& states, const state_space
              double noise_std) {
   constexpr double flat = 0.8;  // of the band
   const VectorXd displacement = record.channels.col(0);
-  Loop loop{states.row(0), states.bottomRows(1).transpose(), VectorXd::Constant(displacement.size(), dsp::nan)};
+  Loop loop{sample_rate_hz, states.row(0), states.bottomRows(1).transpose(),
+            VectorXd::Constant(displacement.size(), dsp::nan)};
   if (!displacement.allFinite()) return loop;
   const double to_hz = state_space::cutoff_hz(displacement, sample_rate_hz, noise_std);
   const VectorXd acceleration =

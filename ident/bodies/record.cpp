@@ -120,10 +120,27 @@ void leave_out_ends(BodiesRecord& record) {
   std::erase_if(record.usable, [](const dsp::IndexRange& one) { return one.first >= one.last; });
 }
 
+/// Of one body, which has no numbers that a person would look for.
+void require_one_displacement(const dsp::Recording& recording) {
+  std::vector<std::string> names;
+  for (const dsp::Channel& channel : recording.channels)
+    if (channel.body == 1 && dsp::info_of(channel.role).order == 0) names.push_back(channel.name);
+  if (names.empty())
+    throw question(
+        "bodies.displacement", recording.name,
+        "no displacement of the body, which an inner state is found from. Record one, or leave [library] inner "
+        "out");
+  if (names.size() > 1)
+    throw question("bodies.displacement", recording.name,
+                   fmt::format("{} displacements of the body: {}. Want one: give role = \"other\" to the others in a "
+                               "[[channel]] each",
+                               names.size(), fmt::join(names, ", ")));
+}
+
 dsp::Recording with_one_body(dsp::Recording recording) {
   for (dsp::Channel& channel : recording.channels) {
     const dsp::Body whose = dsp::info_of(channel.role).body;
-    if (whose == dsp::Body::relative || whose == dsp::Body::payload) channel.body = 1;
+    if (channel.body == 0 && (whose == dsp::Body::relative || whose == dsp::Body::payload)) channel.body = 1;
   }
   return recording;
 }
@@ -134,6 +151,7 @@ BodiesRecord bodies_record(const dsp::Recording& given, bool one_body) {
   const dsp::Recording recording = one_body ? with_one_body(given) : given;
   BodiesRecord record{.name = recording.name, .sample_rate_hz = recording.sample_rate_hz};
   for (const dsp::Channel& channel : recording.channels) record.num_bodies = std::max(record.num_bodies, channel.body);
+  if (one_body && record.num_bodies == 1) require_one_displacement(recording);
   const std::vector<Index> columns = columns_of_bodies(recording, record.num_bodies);
   std::vector<Index> of_inputs;
   for (Index j = 0; j < std::ssize(recording.channels); ++j) {
@@ -151,6 +169,12 @@ BodiesRecord bodies_record(const dsp::Recording& given, bool one_body) {
                        fmt::format("channel '{}' lags by a stated delay, which is corrected for one body only. Correct "
                                    "the recording and leave `delay` out",
                                    channel.name));
+      if (one_body && (name == "x" || name == "v" || name == "z" || name == "t"))
+        throw question(
+            "bodies.input", recording.name,
+            fmt::format("the input '{0}' is called as a state of the equations is. Rename it: name = \"{0}_1\" "
+                        "in its [[channel]], or in the file",
+                        name));
       record.inputs.push_back(name), of_inputs.push_back(j);
     } else {
       record.unused.push_back(channel.name);

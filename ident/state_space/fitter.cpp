@@ -30,9 +30,7 @@ Fitter::Fitter(const Problem& problem, int num_threads)
     if (speed >= 0) speeds_.push_back(speed);
   all_parameters_.resize(as_size(layout().num_coefficients));
   std::iota(all_parameters_.begin(), all_parameters_.end(), 0);
-  // Before an inner state moves, what it does and what a term of its own does are the same, and a step between them
-  // costs nothing: it is kept short.
-  if (problem.equations.states.size() > 2 * speeds_.size()) least_damping_ = 0.03;
+  if (!inner_forces(problem.equations).empty()) least_damping_ = 0.03;
   const std::vector<Prior> priors = priors_of(problem_.problem());
   for (int i = layout().num_coefficients; i < layout().size(); ++i)
     if (priors[as_size(i)].std > 0.0) all_parameters_.push_back(i);

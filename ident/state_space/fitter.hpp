@@ -136,7 +136,10 @@ class Fitter {
   std::optional<Standing> soft_;
   bool settled_ = false;
   double softest_ = 0.06;  ///< so much that a start from zero fits
-  double gain_of_process_noise_ = 0.0, least_damping_ = 0.0;
+  double gain_of_process_noise_ = 0.0;
+  /// Of steps from soft to hard: before an inner force moves, what it does and what a term of the speed does are the
+  /// same, and a step between them, which costs nothing, is kept short.
+  double least_damping_ = 0.0;
 };
 
 }  // namespace ident::state_space

@@ -117,9 +117,10 @@ std::vector<InnerForce> inner_forces(const Equations& equations) {
   std::vector<InnerForce> forces;
   for (const Term& term : equations.terms) {
     const auto named = std::find(equations.states.begin(), equations.states.end(), term.text);
-    if (term.known && named != equations.states.end() &&
-        std::find(speeds.begin(), speeds.end(), term.state) != speeds.end())
-      forces.push_back({static_cast<int>(named - equations.states.begin()), term.state, *term.known});
+    const auto state = static_cast<int>(named - equations.states.begin());
+    const auto is_speed = [&](int one) { return std::find(speeds.begin(), speeds.end(), one) != speeds.end(); };
+    if (named == equations.states.end() || !term.known || *term.known == 0.0 || !is_speed(term.state)) continue;
+    if (speeds[as_size(state)] < 0 && !is_speed(state)) forces.push_back({state, term.state, *term.known});
   }
   return forces;
 }

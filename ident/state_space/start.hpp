@@ -8,7 +8,7 @@ namespace ident::state_space {
 /// The states and their kinematics: state i is a position whose rate is state speed[i]; -1: it is not.
 [[nodiscard]] std::vector<int> speeds_of(const Equations& equations);
 
-/// A state that nothing ties to a position and that acts on a speed by a known coefficient: it is of the size of that
+/// A state that is neither a position nor a speed and acts on a speed by a known coefficient: it is of the size of that
 /// speed's rate.
 struct InnerForce {
   int state = 0, speed = 0;

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "ident/bodies/tally.hpp"
+#include "ident/state_space/start.hpp"
 #include "sim/chain.hpp"
 #include "sim/noise.hpp"
 #include "sim/simulate.hpp"
@@ -94,6 +95,17 @@ TEST_CASE("exact supports and errors of a hysteretic force", "[.][coverage][memo
   CHECK(of.exact >= exact);
   // Coefficients of one record err together: of ten records some twenty values are independent, 5 % their scatter.
   CHECK(share > 0.85);
+}
+
+TEST_CASE("of equations whose coefficients are all known z alone is an inner force", "[ident][memory]") {
+  using ident::state_space::Equations;
+  const Equations equations{.states = {"x", "v", "z"},
+                            .terms = {{"v", 0, 1.0}, {"x", 1, -10.0}, {"v", 1, -0.3}, {"z", 1, -1.0}, {"v", 2, 40.0}}};
+  const auto forces = ident::state_space::inner_forces(equations);
+  REQUIRE(forces.size() == 1);
+  CHECK(forces[0].state == 2);
+  CHECK(forces[0].speed == 1);
+  CHECK(forces[0].coefficient == -1.0);
 }
 
 TEST_CASE("a motion without memory keeps none", "[ident][memory]") {
