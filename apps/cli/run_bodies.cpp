@@ -19,14 +19,17 @@ namespace {
 
 using Eigen::Index;
 
+/// What a config is for that others are not.
+const char* what_is_special(const Config& config) {
+  return config.inner == ident::Inner::none ? "a recording of several bodies" : "[library] inner";
+}
+
 /// What a config may hold for one body only.
 void refuse_settings(const Config& config) {
   const std::string& name = config.recordings.front().name;
   const auto refuse = [&](const std::string& found, const std::string& remedy) {
-    throw dsp::Fault(
-        dsp::FaultKind::usage, "bodies.config",
-        fmt::format("{}: {} with {}. {}", name, found,
-                    config.inner == ident::Inner::none ? "a recording of several bodies" : "[library] inner", remedy));
+    throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",
+                     fmt::format("{}: {} with {}. {}", name, found, what_is_special(config), remedy));
   };
   if (config.recordings.size() > 1) refuse("several recordings", "Run each alone");
   if (!config.test_recordings.empty()) refuse("use = \"test\"", "Try ardent predict RUN RECORDING");
@@ -79,11 +82,10 @@ BodiesInput read_bodies(const Config& config, const RunArguments& arguments, Con
   dsp::Recording samples = dsp::read_recording(reader, options.max_memory_bytes);
   samples.name = recording.name;
   if (!reader.sidecar().ranges.empty())
-    throw dsp::Fault(
-        dsp::FaultKind::usage, "bodies.config",
-        fmt::format("{}: [[range]] in its sidecar, with {}. Leave it out; [fit] train_share says how much "
-                    "is fitted",
-                    recording.name, config.inner == ident::Inner::none ? "several bodies" : "[library] inner"));
+    throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",
+                     fmt::format("{}: [[range]] in its sidecar, with {}. Leave it out; [fit] train_share says how much "
+                                 "is fitted",
+                                 recording.name, what_is_special(config)));
   const bool one_body = config.inner != ident::Inner::none;
   if (one_body && samples.find(dsp::Role::z) >= 0)
     throw dsp::Fault(

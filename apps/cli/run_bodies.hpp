@@ -1,7 +1,7 @@
 #pragma once
 #include "apps/cli/run_job.hpp"
 
-// A recording of several bodies, where run, check and predict do as for one.
+// A recording of several bodies, or of one with an inner state: where run, check and predict do as for one.
 
 namespace apps {
 

@@ -36,18 +36,15 @@ struct Choice {
   }
 };
 
-/// One state of a fit, record after record.
-VectorXd states_of(const Choice& choice, int state) {
+/// Of one state of a fit, over all records.
+double rms_of(const Choice& choice, int state) {
   const state_space::Fit& fit = choice.selection.fit;
   const auto num_states = static_cast<Index>(fit.noise.process.size());
-  std::vector<double> values;
+  double sum = 0.0, count = 0.0;
   for (const std::vector<double>& record : fit.point.states)
-    for (Index at = state; at < std::ssize(record); at += num_states) values.push_back(record[static_cast<size_t>(at)]);
-  return VectorXd::Map(values.data(), std::ssize(values));
-}
-
-double rms(const VectorXd& values) {
-  return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
+    for (Index at = state; at < std::ssize(record); at += num_states, ++count)
+      sum += record[static_cast<size_t>(at)] * record[static_cast<size_t>(at)];
+  return std::sqrt(sum / count);
 }
 
 /// Where a search for terms begins, and takes up what else there is: what springs and dampers are made of, then every
@@ -59,19 +56,16 @@ std::vector<std::vector<int>> first_terms(const BodiesLayout& layout, const std:
   int of_z = 0;
   for (size_t i = 0; i < candidates.size(); ++i) {
     const auto& [body, name] = candidates[i];
-    const bool is_of_z = body > layout.num_bodies && of_z++ < usual_of_z,
-               is_input = std::find(layout.inputs.begin(), layout.inputs.end(), name) != layout.inputs.end();
-    bool is_usual = is_of_z || is_input;
-    if (body <= layout.num_bodies) {
-      const std::string own = layout.position(body);
-      is_usual = is_usual || name == own || name == own + "^3" || name == layout.speed(body);
-      for (int lower = std::max(1, body - 1); lower <= std::min(body, layout.num_bodies - 1); ++lower)
-        is_usual = is_usual || name == BodiesLayout::stretch(lower) || name == BodiesLayout::stretch(lower) + "^3" ||
-                   name == BodiesLayout::stretch_rate(lower);
-    }
+    const bool drives = std::find(layout.inputs.begin(), layout.inputs.end(), name) != layout.inputs.end() ||
+                        (body > layout.num_bodies && of_z++ < usual_of_z);
+    if (drives) driven.push_back(static_cast<int>(i));
+    if (drives || name == layout.position(1)) sprung.push_back(static_cast<int>(i));
+    const std::string own = layout.position(body);
+    bool is_usual = drives || name == own || name == own + "^3" || name == layout.speed(body);
+    for (int lower = std::max(1, body - 1); lower <= std::min(body, layout.num_bodies - 1); ++lower)
+      is_usual = is_usual || name == BodiesLayout::stretch(lower) || name == BodiesLayout::stretch(lower) + "^3" ||
+                 name == BodiesLayout::stretch_rate(lower);
     if (is_usual) usual.push_back(static_cast<int>(i));
-    if (is_of_z || is_input) driven.push_back(static_cast<int>(i));
-    if (is_of_z || is_input || name == layout.position(1)) sprung.push_back(static_cast<int>(i));
   }
   if (layout.inner == Inner::none) return {usual, {}};
   return {sprung, driven};
@@ -104,13 +98,13 @@ double score_of(const Choice& choice) {
   for (const int i : fit.parameters)
     if (std::cmp_less(i, choice.candidates.size())) score += choice.selection.price;
   if (choice.layout.inner == Inner::none) return score;
-  const VectorXd z = states_of(choice, choice.layout.num_states() - 1);
+  const double size = rms_of(choice, choice.layout.num_states() - 1);
   const bool moves = std::any_of(fit.parameters.begin(), fit.parameters.end(), [&](int i) {
     return std::cmp_less(i, choice.candidates.size()) &&
            choice.candidates[static_cast<size_t>(i)].body > choice.layout.num_bodies;
   });
-  if (!moves || !(rms(z) > 0.0)) return std::numeric_limits<double>::infinity();
-  return score + choice.selection.price + 2.0 * static_cast<double>(fit.point.states.size()) * std::log(rms(z));
+  if (!moves || !(size > 0.0)) return std::numeric_limits<double>::infinity();
+  return score + choice.selection.price + 2.0 * static_cast<double>(fit.point.states.size()) * std::log(size);
 }
 
 /// With z, where that is more likely than without by more than its price.
@@ -242,11 +236,10 @@ void judge(BodiesResult& result, double sample_rate_hz) {
 }  // namespace
 
 BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options) {
-  constexpr Index fewest = 32;
-  if (record.samples.rows() < fewest)
+  if (record.samples.rows() < least_samples)
     throw dsp::Fault(dsp::FaultKind::input, "bodies.short",
                      fmt::format("{}: {} samples are too few, want {} at least. Record longer", record.name,
-                                 record.samples.rows(), fewest));
+                                 record.samples.rows(), least_samples));
   const dsp::IndexRange train = train_of(record, options.train_fraction);
   BodiesResult result{.train = train};
   Choice best = choose(record, record.frame.value_or(Frame::absolute), Inner::none, options, train);

@@ -1,7 +1,7 @@
 #include "ident/bodies/loop.hpp"
 
 #include "dsp/constants.hpp"
-#include "dsp/filter/spectral.hpp"
+#include "ident/bodies/statement.hpp"
 #include "ident/state_space/model.hpp"
 #include "ident/state_space/start.hpp"
 
@@ -13,14 +13,12 @@ using Eigen::VectorXd;
 
 Loop loop_of(const BodiesModel& model, const MatrixXd& states, const state_space::Record& record, double sample_rate_hz,
              double noise_std) {
-  constexpr double flat = 0.8;  // of the band
   const VectorXd displacement = record.channels.col(0);
   Loop loop{sample_rate_hz, states.row(0), states.bottomRows(1).transpose(),
             VectorXd::Constant(displacement.size(), dsp::nan)};
   if (!displacement.allFinite()) return loop;
   const double to_hz = state_space::cutoff_hz(displacement, sample_rate_hz, noise_std);
-  const VectorXd acceleration =
-      dsp::ExtendedSpectrum(displacement, sample_rate_hz).derivative(2, {flat * to_hz, to_hz});
+  const VectorXd acceleration = derived(displacement, sample_rate_hz, 2, to_hz);
   const std::vector<double> known(model.mean.begin(), model.mean.end());
   const state_space::Problem problem{
       .equations = equations_of(model.layout, model.terms, known), .channels = {}, .records = {}};
@@ -32,10 +30,9 @@ Loop loop_of(const BodiesModel& model, const MatrixXd& states, const state_space
     *rates.state(static_cast<int>(inner)) = 0.0;
     for (Index i = 0; i < record.inputs.cols(); ++i) *rates.input(static_cast<int>(i)) = record.inputs(k, i);
     *rates.input(static_cast<int>(record.inputs.cols())) = static_cast<double>(k) / sample_rate_hz;
-    for (int pass = 0; pass < 2; ++pass) {  // the sides of switches are known once their values are
-      for (int i = 0; i < compiled.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
-      rates.evaluate({});
-    }
+    rates.evaluate({});  // for the values of the switches, which say their sides
+    for (int i = 0; i < compiled.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
+    rates.evaluate({});
     loop.measured(k) = *rates.rate(1) - acceleration(k);
   }
   return loop;

@@ -8,6 +8,7 @@
 
 #include "dsp/filter/spectral.hpp"
 #include "ident/bodies/bodies.hpp"
+#include "ident/bodies/statement.hpp"
 #include "ident/state_space/start.hpp"
 
 // A recording of several bodies as their likelihood wants it.
@@ -81,21 +82,22 @@ std::optional<Frame> frame_of(const BodiesRecord& record) {
 }
 
 /// Channels of bodies, the displacements of 1 to n first.
-std::vector<Index> columns_of_bodies(const dsp::Recording& recording, int num_bodies) {
+std::vector<Index> columns_of_bodies(const std::string& name, const std::vector<dsp::Channel>& channels,
+                                     int num_bodies) {
   std::vector<Index> columns;
-  const auto order = [&](Index j) { return dsp::info_of(recording.channels[static_cast<size_t>(j)].role).order; };
+  const auto order = [&](Index j) { return dsp::info_of(channels[static_cast<size_t>(j)].role).order; };
   for (int body = 1; body <= num_bodies; ++body) {
-    for (Index j = 0; j < std::ssize(recording.channels); ++j)
-      if (recording.channels[static_cast<size_t>(j)].body == body && order(j) == 0) columns.push_back(j);
+    for (Index j = 0; j < std::ssize(channels); ++j)
+      if (channels[static_cast<size_t>(j)].body == body && order(j) == 0) columns.push_back(j);
     if (std::ssize(columns) != body)
       throw question(
-          "bodies.displacement", recording.name,
+          "bodies.displacement", name,
           fmt::format("of bodies 1 to {} body {} has {}. Want one displacement of each: give a channel "
                       "role = \"x\" and body = {}",
                       num_bodies, body, std::ssize(columns) < body ? "none" : "more than one displacement", body));
   }
-  for (Index j = 0; j < std::ssize(recording.channels); ++j)
-    if (recording.channels[static_cast<size_t>(j)].body > 0 && order(j) > 0) columns.push_back(j);
+  for (Index j = 0; j < std::ssize(channels); ++j)
+    if (channels[static_cast<size_t>(j)].body > 0 && order(j) > 0) columns.push_back(j);
   return columns;
 }
 
@@ -104,11 +106,6 @@ double zero_of(const VectorXd& values) {
   constexpr double far = 3.0;
   const double mean = values.mean(), std = std::sqrt((values.array() - mean).square().mean());
   return std::abs(mean) > far * std ? mean : 0.0;
-}
-
-VectorXd derived(const VectorXd& signal, double rate_hz, int order, double to_hz) {
-  constexpr double flat = 0.8;
-  return dsp::ExtendedSpectrum(signal, rate_hz).derivative(order, {flat * to_hz, to_hz});
 }
 
 /// At either end a derivative over the whole record is less sure.
@@ -121,41 +118,46 @@ void leave_out_ends(BodiesRecord& record) {
 }
 
 /// Of one body, which has no numbers that a person would look for.
-void require_one_displacement(const dsp::Recording& recording) {
+void require_one_displacement(const std::string& name, const std::vector<dsp::Channel>& channels) {
   std::vector<std::string> names;
-  for (const dsp::Channel& channel : recording.channels)
+  for (const dsp::Channel& channel : channels)
     if (channel.body == 1 && dsp::info_of(channel.role).order == 0) names.push_back(channel.name);
   if (names.empty())
     throw question(
-        "bodies.displacement", recording.name,
+        "bodies.displacement", name,
         "no displacement of the body, which an inner state is found from. Record one, or leave [library] inner "
         "out");
   if (names.size() > 1)
-    throw question("bodies.displacement", recording.name,
+    throw question("bodies.displacement", name,
                    fmt::format("{} displacements of the body: {}. Want one: give role = \"other\" to the others in a "
                                "[[channel]] each",
                                names.size(), fmt::join(names, ", ")));
 }
 
-dsp::Recording with_one_body(dsp::Recording recording) {
-  for (dsp::Channel& channel : recording.channels) {
+std::vector<dsp::Channel> with_one_body(std::vector<dsp::Channel> channels) {
+  for (dsp::Channel& channel : channels) {
     const dsp::Body whose = dsp::info_of(channel.role).body;
     if (channel.body == 0 && (whose == dsp::Body::relative || whose == dsp::Body::payload)) channel.body = 1;
   }
-  return recording;
+  return channels;
 }
 
 }  // namespace
 
-BodiesRecord bodies_record(const dsp::Recording& given, bool one_body) {
-  const dsp::Recording recording = one_body ? with_one_body(given) : given;
+VectorXd derived(const VectorXd& signal, double rate_hz, int order, double to_hz) {
+  constexpr double flat = 0.8;
+  return dsp::ExtendedSpectrum(signal, rate_hz).derivative(order, {flat * to_hz, to_hz});
+}
+
+BodiesRecord bodies_record(const dsp::Recording& recording, bool one_body) {
+  const std::vector<dsp::Channel> channels = one_body ? with_one_body(recording.channels) : recording.channels;
   BodiesRecord record{.name = recording.name, .sample_rate_hz = recording.sample_rate_hz};
-  for (const dsp::Channel& channel : recording.channels) record.num_bodies = std::max(record.num_bodies, channel.body);
-  if (one_body && record.num_bodies == 1) require_one_displacement(recording);
-  const std::vector<Index> columns = columns_of_bodies(recording, record.num_bodies);
+  for (const dsp::Channel& channel : channels) record.num_bodies = std::max(record.num_bodies, channel.body);
+  if (one_body && record.num_bodies == 1) require_one_displacement(recording.name, channels);
+  const std::vector<Index> columns = columns_of_bodies(recording.name, channels, record.num_bodies);
   std::vector<Index> of_inputs;
-  for (Index j = 0; j < std::ssize(recording.channels); ++j) {
-    const dsp::Channel& channel = recording.channels[static_cast<size_t>(j)];
+  for (Index j = 0; j < std::ssize(channels); ++j) {
+    const dsp::Channel& channel = channels[static_cast<size_t>(j)];
     if (channel.body > 0) continue;
     const dsp::Body whose = dsp::info_of(channel.role).body;
     if (whose == dsp::Body::relative || whose == dsp::Body::payload)
@@ -183,7 +185,7 @@ BodiesRecord bodies_record(const dsp::Recording& given, bool one_body) {
   record.samples = recording.samples(Eigen::indexing::all, columns);
   record.input_samples = recording.samples(Eigen::indexing::all, of_inputs);
   record.zeros = VectorXd::Zero(std::ssize(columns));
-  for (const Index j : columns) record.channels.push_back(recording.channels[static_cast<size_t>(j)]);
+  for (const Index j : columns) record.channels.push_back(channels[static_cast<size_t>(j)]);
   if (!record.channels.empty()) record.length = record.channels.front().unit;
   for (Index j = 0; j < record.num_bodies; ++j) {
     if (record.channels[static_cast<size_t>(j)].unit != record.length)

@@ -15,7 +15,6 @@ using Eigen::Index;
 using std::size_t;
 
 constexpr Index most_samples = 10'000;  // of all pieces together, as for one body
-constexpr Index least_samples = 32;     // of a piece: less says nothing but where it begins
 
 std::vector<Piece> pieces_in(const BodiesRecord& record, dsp::IndexRange over) {
   std::vector<Piece> pieces;

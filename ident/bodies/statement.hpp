@@ -6,6 +6,11 @@
 
 namespace ident {
 
+inline constexpr Eigen::Index least_samples = 32;  ///< of a piece: less says nothing but where it begins
+
+/// A signal's derivative of this order, of what it has below a frequency.
+[[nodiscard]] Eigen::VectorXd derived(const Eigen::VectorXd& signal, double rate_hz, int order, double to_hz);
+
 /// The likelihood of samples of a record of bodies, stated.
 struct BodiesStatement {
   state_space::Problem problem;

@@ -36,11 +36,8 @@ Draw draw_of(const sim::Chain& chain, double noise, std::uint64_t seed, double d
   dsp::Recording recording{.name = "chain", .sample_rate_hz = rate_hz};
   recording.samples.resize(run.time_s.size(), n + 1);
   for (Eigen::Index body = 0; body < n; ++body) {
-    Eigen::VectorXd x = run.states.col(body);
-    const double own = std::sqrt((x.array() - x.mean()).square().mean());
-    const sim::Noise source(seed, 1000 + static_cast<std::uint64_t>(body));
-    for (Eigen::Index k = 0; k < x.size(); ++k) x(k) += noise * own * source.normal(static_cast<std::uint64_t>(k));
-    recording.samples.col(body) = x;
+    recording.samples.col(body) =
+        support::noisy(run.states.col(body), noise, seed, 1000 + static_cast<std::uint64_t>(body));
     dsp::Channel channel{.name = fmt::format("x{}", body + 1), .role = dsp::Role::x, .unit = "m"};
     channel.body = static_cast<int>(body) + 1, channel.role_is_assumed = true;
     recording.channels.push_back(channel);

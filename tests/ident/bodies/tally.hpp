@@ -8,8 +8,17 @@
 #include <vector>
 
 #include "ident/bodies/bodies.hpp"
+#include "sim/noise.hpp"
 
 namespace support {
+
+/// With white noise of a fraction of its standard deviation.
+inline Eigen::VectorXd noisy(Eigen::VectorXd x, double fraction, std::uint64_t seed, std::uint64_t number) {
+  const double own = std::sqrt((x.array() - x.mean()).square().mean());
+  const sim::Noise source(seed, number);
+  for (Eigen::Index k = 0; k < x.size(); ++k) x(k) += fraction * own * source.normal(static_cast<std::uint64_t>(k));
+  return x;
+}
 
 inline std::string key(int body, const std::string& term) {
   return fmt::format("{} {}", body, term);
