@@ -233,6 +233,27 @@ Drive recorded_drive(std::vector<double> samples, double sample_rate_hz) {
   return {derivative(0), derivative(1), derivative(2)};
 }
 
+Drive lagged(const Drive& drive, double lag_s, double duration_s) {
+  constexpr double least_s = 1e-4, most_s = 1e4, longest_step_s = 5e-4, steps_a_lag = 20.0, most_steps = 1e8;
+  if (!(lag_s >= least_s && lag_s <= most_s))
+    throw std::invalid_argument(fmt::format("--lag {}, want seconds from {} to {}", lag_s, least_s, most_s));
+  const double step_s = std::min(lag_s / steps_a_lag, longest_step_s), u = step_s / lag_s, stays = std::exp(-u),
+               of_new = 1.0 - (1.0 - stays) / u;  // exact where the drive is a straight line
+  const double num_steps = std::max(duration_s / step_s, 4.0) + 1.0;
+  if (!(num_steps < most_steps))
+    throw std::invalid_argument(
+        fmt::format("--lag {} over {} s takes too many steps. Shorten --duration", lag_s, duration_s));
+  std::vector<double> z{drive.value(0.0)};
+  z.reserve(static_cast<size_t>(num_steps) + 1);
+  double before = z.back();
+  for (double k = 1.0; k <= num_steps; ++k) {
+    const double now = drive.value(k * step_s);
+    z.push_back(stays * z.back() + (1.0 - stays - of_new) * before + of_new * now);
+    before = now;
+  }
+  return recorded_drive(std::move(z), 1.0 / step_s);
+}
+
 Experiment make_experiment(const Chain& chain, const Drive& drive) {
   require_sound(chain);
   const DrivenChain driven{chain, drive};

@@ -8,6 +8,7 @@
 #include "apps/config/identification.hpp"
 #include "apps/output/bodies_file.hpp"
 #include "apps/output/results_json.hpp"
+#include "apps/output/tables.hpp"
 #include "apps/page/bodies_page.hpp"
 #include "apps/page/figures.hpp"
 #include "apps/process/printable.hpp"
@@ -31,7 +32,6 @@ void refuse_settings(const Config& config) {
     throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",
                      fmt::format("{}: {} with {}. {}", name, found, what_is_special(config), remedy));
   };
-  if (config.recordings.size() > 1) refuse("several recordings", "Run each alone");
   if (!config.test_recordings.empty()) refuse("use = \"test\"", "Try ardent predict RUN RECORDING");
   if (!config.ranges.empty()) refuse("[[range]]", "Leave it out; [fit] train_share says how much is fitted");
   const auto looks_at_z = [](const std::string& term) {
@@ -46,9 +46,9 @@ void refuse_settings(const Config& config) {
   if (config.fit.stage == ident::Stage::regression) refuse("stage = \"regression\"", "Leave `stage` out");
 }
 
-/// A recording read as it is, and as what the documents of a run are written from.
+/// Recordings read as they are, and as what the documents of a run are written from.
 struct BodiesInput {
-  Input input;
+  std::vector<Input> inputs;
   ident::BodiesRecord record;
 };
 
@@ -74,9 +74,8 @@ dsp::Motion signals_of(const ident::BodiesRecord& record) {
   return motion;
 }
 
-BodiesInput read_bodies(const Config& config, const RunArguments& arguments, Console& console) {
-  refuse_settings(config);
-  const RecordingConfig& recording = config.recordings.front();
+ident::BodiesRecord read_one(const Config& config, const RecordingConfig& recording, const RunArguments& arguments,
+                             Input& input, Console& console) {
   const dsp::ReadOptions options = read_options(recording, arguments.max_memory_bytes);
   dsp::RecordingReader reader(recording.file, options);
   dsp::Recording samples = dsp::read_recording(reader, options.max_memory_bytes);
@@ -93,22 +92,31 @@ BodiesInput read_bodies(const Config& config, const RunArguments& arguments, Con
         fmt::format("{}: z was recorded, with [library] inner, which finds one that was not. Leave it out, "
                     "or role = \"z\"",
                     recording.name));
-  BodiesInput result{.input = {}, .record = ident::bodies_record(samples, one_body)};
-  if (one_body && result.record.num_bodies != 1)
+  ident::BodiesRecord record = ident::bodies_record(samples, one_body);
+  if (one_body && record.num_bodies != 1)
     throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",
                      fmt::format("{}: {} bodies with [library] inner, which is for one. Leave it out, or the channels "
                                  "of the other bodies",
-                                 recording.name, result.record.num_bodies));
-  Input& input = result.input;
+                                 recording.name, record.num_bodies));
   input.prepared.name = recording.name;
   input.files = reader.files();
   if (!reader.sidecar().file.empty()) input.files.push_back(reader.sidecar().file);
   input.prepared.checks = samples.checks;
   input.prepared.channels = samples.channels;
   input.prepared.excluded = samples.bad;
-  input.prepared.signals = signals_of(result.record);
+  input.prepared.signals = signals_of(record);
   input.prepared.intermediate.sample_rate_hz = input.recorded_rate_hz = samples.sample_rate_hz;
   report_checks(input.prepared.checks, recording.name, console);
+  return record;
+}
+
+BodiesInput read_bodies(const Config& config, const RunArguments& arguments, Console& console) {
+  refuse_settings(config);
+  BodiesInput result{.inputs = std::vector<Input>(config.recordings.size()), .record = {}};
+  std::vector<ident::BodiesRecord> records;
+  for (std::size_t i = 0; i < config.recordings.size(); ++i)
+    records.push_back(read_one(config, config.recordings[i], arguments, result.inputs[i], console));
+  result.record = ident::joined(records);
   return result;
 }
 
@@ -135,17 +143,23 @@ int exit_code_of(const ident::BodiesResult& result, const RunArguments& argument
 }
 
 CsvTable free_run_table(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
-  const Index n = record.num_bodies, first = result.run.samples.first;
-  CsvTable table{"predictions.csv", "t", static_cast<std::size_t>(result.run.positions.rows()), {}};
+  const Index n = record.num_bodies;
+  const bool are_several = record.parts.size() > 1;
+  std::vector<std::pair<const ident::BodiesRun*, Index>> rows;
+  for (const ident::BodiesRun& run : result.runs)
+    for (Index k = 0; k < run.positions.rows(); ++k) rows.emplace_back(&run, k);
+  CsvTable table{"predictions.csv", are_several ? "recording,t" : "t", rows.size(), {}};
   for (int body = 1; body <= n; ++body)
     table.header += fmt::format(",{0},{0}_free_run", result.model.layout.named('x', body));
   table.header += "\n";
-  table.fill = [&result, &record, n, first](std::size_t row, RowWriter& cells) {
-    const auto k = static_cast<Index>(row);
-    cells.number(static_cast<double>(first + k) / record.sample_rate_hz);
+  table.fill = [rows = std::move(rows), &record, n, are_several](std::size_t row, RowWriter& cells) {
+    const auto [run, k] = rows[row];
+    const Index at = run->samples.first + k;
+    if (are_several) cells.text(text_cell(record.parts[run->part].name));
+    cells.number(static_cast<double>(at - record.parts[run->part].rows.first) / record.sample_rate_hz);
     for (Index body = 0; body < n; ++body) {
-      cells.number_if_any(record.samples(first + k, body));
-      cells.number_if_any(result.run.positions(k, body));
+      cells.number_if_any(record.samples(at, body));
+      cells.number_if_any(run->positions(k, body));
     }
   };
   return table;
@@ -159,8 +173,8 @@ bool is_of_bodies(const dsp::Fault& error) {
 
 RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
   HashesBeside hashes(input_files(config), arguments.num_threads);
-  const auto [input, record] = read_bodies(config, arguments, console);
-  (void)results.add_files({input}, hashes);
+  const auto [inputs, record] = read_bodies(config, arguments, console);
+  (void)results.add_files(inputs, hashes);
   refuse_warnings(arguments.strict, console);
   console.step(config.inner == ident::Inner::none
                    ? fmt::format("identifying the equations of {} bodies together", record.num_bodies)
@@ -168,7 +182,8 @@ RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunAr
   const ident::BodiesResult found = ident::identify_bodies(
       record, {library_of(config), config.inner, config.fit.train_fraction, arguments.num_threads});
   RunOutcome outcome;
-  outcome.config = config, outcome.files = input.files;
+  outcome.config = config;
+  for (const Input& input : inputs) outcome.files.insert(outcome.files.end(), input.files.begin(), input.files.end());
   outcome.report = to_text(bodies_screen(found, record));
   outcome.equation = bodies_json(found, record);
   results.write("equation.txt", outcome.report);
@@ -177,7 +192,7 @@ RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunAr
   results.write("equation.json", outcome.equation);
   results.write("report.json", outcome.equation);
   results.write("metrics.json", "{\n  \"ranges\": []\n}\n");  // which are of one body
-  if (config.rows && found.run.positions.rows() > 0) results.write(free_run_table(found, record), console);
+  if (config.rows && !found.runs.empty()) results.write(free_run_table(found, record), console);
   const std::vector<PlotFigure> figures = bodies_figures(found, record);
   if (config.figures)
     for (const PlotFigure& figure : figures)
@@ -186,17 +201,18 @@ RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunAr
   results.write("report.html",
                 bodies_page(found, record, figures, config.figures, to_toml(config, beside.empty() ? "." : beside)));
   outcome.exit_code = exit_code_of(found, arguments, console);
-  results.finish(config, {input}, {}, console, outcome.exit_code);
+  results.finish(config, inputs, {}, console, outcome.exit_code);
   return outcome;
 }
 
 std::string check_bodies(const Config& config, const RunArguments& arguments, Console& console) {
-  const auto [input, record] = read_bodies(config, arguments, console);
-  if (console.json()) return checks_json({input});
+  const auto [inputs, record] = read_bodies(config, arguments, console);
+  if (console.json()) return checks_json(inputs);
   std::string text;
-  for (const dsp::Check& found : input.prepared.checks)
-    text += fmt::format("{:<8} {}: {}: {}{}\n", to_string(found.status), input.prepared.name, found.name,
-                        printable(channel_prefix(found)), printable(found.message));
+  for (const Input& input : inputs)
+    for (const dsp::Check& found : input.prepared.checks)
+      text += fmt::format("{:<8} {}: {}: {}{}\n", to_string(found.status), input.prepared.name, found.name,
+                          printable(channel_prefix(found)), printable(found.message));
   return text + fmt::format("{:<8} {} {}, {} samples at {:.9g} Hz; inputs: {}\n", "ok", record.num_bodies,
                             record.num_bodies == 1 ? "body" : "bodies", record.samples.rows(), record.sample_rate_hz,
                             record.inputs.empty() ? "none" : fmt::format("{}", fmt::join(record.inputs, ", ")));

@@ -40,6 +40,10 @@ void run_simulate(const SimulateArguments& arguments, Console& console) {
                      {"sensors", ordered_json::object()}};
   OutputFolder folder(arguments.folder, arguments.force);
   Manifest manifest = begin_manifest("sim", arguments.command_line, arguments.seed, folder.destination());
+  if (arguments.lag_s && (arguments.drive.empty() || arguments.system == "chain"))
+    throw dsp::Fault(dsp::FaultKind::usage, "sim.option",
+                     fmt::format("sim {}: --lag is of a force that --drive names, and not of chain",
+                                 dsp::clean_name(arguments.system)));
   if (!arguments.drive.empty() && arguments.system == "qzs")
     throw dsp::Fault(
         dsp::FaultKind::usage, "sim.option",
@@ -85,6 +89,9 @@ Command simulate_command() {
             "A recording whose force f drives the system in place of a sine, force_n being 1 then; chain with --set "
             "base=1: whose r.",
             {.name = "FILE"}},
+           {"--lag", &typed->lag_s,
+            "With --drive, not of chain: seconds by which an actuator of first order passes the force on late. f in "
+            "the table is the force before it."},
            {"--frc", &typed->frc,
             "qzs: amplitude against frequency, swept up and down; --set from_hz, to_hz, step_hz, dwell_s, "
             "transition_s, amplitude_mm."},

@@ -19,6 +19,7 @@ struct SimulateArguments {
   std::optional<double> duration_s;  ///< 25; chain: 60 or as `drive`; qzs: the programme's own, beyond which it repeats
   std::vector<std::string> set;      ///< "p=v": parameters of the system by name; qzs: also of test and sweep
   std::filesystem::path drive{};     ///< chain: a recording whose force, or base motion, drives it
+  std::optional<double> lag_s;       ///< of an actuator of first order between the recorded force and the system
   bool frc = false;                  ///< qzs: the frequency response instead of a test
   std::optional<std::string> programme;  ///< qzs: the test, down, up or decay ("down")
   bool raw = false;                      ///< qzs: also the recording at 25.6 kHz

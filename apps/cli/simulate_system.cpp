@@ -31,15 +31,15 @@ struct Table {
 };
 
 /// t, the states, the derivatives that are not themselves states, f. Noise on all but t and f.
-Table response(const sim::Experiment& experiment, const sim::Simulation& run, double noise, std::uint64_t seed) {
+Table response(const sim::Experiment& experiment, const sim::Simulation& run, const sim::Forcing& force, double noise,
+               std::uint64_t seed) {
   const auto num_states = run.states.cols();
   Table table{{"t"}, Eigen::MatrixXd(run.states.rows(), 2 * num_states + 1)};
   table.names.insert(table.names.end(), experiment.system.states.begin(), experiment.system.states.end());
   table.names.push_back("a");
   if (num_states == 3) table.names.push_back("dz");
   table.names.push_back("f");
-  table.values << run.time_s, run.states, run.derivatives.rightCols(num_states - 1),
-      run.time_s.unaryExpr(experiment.system.forcing);
+  table.values << run.time_s, run.states, run.derivatives.rightCols(num_states - 1), run.time_s.unaryExpr(force);
   for (Eigen::Index column = 1; noise > 0.0 && column < 2 * num_states; ++column)
     add_noise(table.values.col(column), noise, seed, first_noise_id + static_cast<std::uint64_t>(column));
   return table;
@@ -96,11 +96,14 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
   }
   sim::Experiment experiment;
   double duration_s = arguments.duration_s.value_or(0.0);
+  sim::Forcing commanded;
   try {
     auto set = parse_settings(arguments.set);
     sim::Forcing drive;
     if (!arguments.drive.empty()) {
-      drive = recorded_drive(arguments.drive, false, duration_s).value;
+      const sim::Drive recorded = recorded_drive(arguments.drive, false, duration_s);
+      commanded = recorded.value;
+      drive = arguments.lag_s ? sim::lagged(recorded, *arguments.lag_s, duration_s).value : recorded.value;
       if (std::any_of(set.begin(), set.end(), [](const auto& one) { return one.first == "ratio"; }))
         throw std::invalid_argument(arguments.system +
                                     ": ratio is of the sine that --drive replaces. Leave one of them out");
@@ -129,11 +132,13 @@ std::vector<std::string> simulate_system(const SimulateArguments& arguments, con
   if (run.status != sim::SimulationStatus::finished)
     throw dsp::Fault(dsp::FaultKind::numerics, "sim.diverged",
                      fmt::format("sim {}. Try other parameters or a shorter --duration", run.reason));
-  const Table table = response(experiment, run, noise, arguments.seed);
+  const Table table =
+      response(experiment, run, arguments.lag_s ? commanded : experiment.system.forcing, noise, arguments.seed);
   folder.write("response.csv", csv_of(table.names, table.values));
   truth["noise"] = noise;
   truth["duration_s"] = duration_s;
   truth["omega_n"] = experiment.omega_n;
+  if (arguments.lag_s) truth["lag_s"] = *arguments.lag_s;
   put_equation(truth, experiment.parameters, experiment.truth);
   truth["num_events"] = run.events.size();
   const auto error = sim::simulation_error(experiment.system, experiment.initial, options, run);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -20,7 +21,7 @@ using Eigen::Index;
 using Json = nlohmann::ordered_json;
 
 constexpr std::array<const char*, 3> frames{"ground", "absolute", "base"};
-constexpr std::array<const char*, 2> inner_kinds{"none", "hysteresis"};
+constexpr std::array<const char*, 3> inner_kinds{"none", "hysteresis", "lag"};
 
 Json numbers(const Eigen::VectorXd& values) {
   Json list = Json::array();
@@ -49,12 +50,14 @@ Json body_json(int body, const ident::BodiesResult& result, const ident::BodiesR
   Json one{{"body", body},
            {"displacement", printable(record.channels[static_cast<std::size_t>(body - 1)].name)},
            {"target", result.model.layout.target(body)},
-           {"zero", record.zeros(body - 1)},
+           {"zero", record.parts.front().zeros(body - 1)},
            {"noise_std", number_or_null(result.noise_std(body - 1))}};
   put_terms(one, body, result, record);
   if (result.silent_because.empty()) {
-    apps::put(one, "free_run_nmse", result.run.nmse(body - 1), "it runs away");
-    apps::put(one, "noise_nmse", result.run.noise(body - 1), "not known");
+    if (!result.runs.empty()) {
+      apps::put(one, "free_run_nmse", result.run_nmse(body - 1), "it runs away");
+      apps::put(one, "noise_nmse", result.run_noise(body - 1), "not known");
+    }
   }
   return one;
 }
@@ -79,6 +82,39 @@ Json coupling_json(const ident::Coupling& coupling) {
             coupling.can_be_tested() || !coupling.on_one_side.empty() ? Json(coupling.holds()) : Json()}};
   if (coupling.mean.size() > 0) one["symmetric"] = {{"mean", numbers(coupling.mean)}, {"std", numbers(coupling.std)}};
   return one;
+}
+
+Json seconds_json(const dsp::IndexRange& range, double sample_rate_hz) {
+  return Json::array(
+      {static_cast<double>(range.first) / sample_rate_hz, static_cast<double>(range.last) / sample_rate_hz});
+}
+
+/// Each recording by its own time.
+Json parts_json(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  Json parts = Json::array();
+  for (std::size_t i = 0; i < record.parts.size(); ++i) {
+    const ident::BodiesPart& part = record.parts[i];
+    const auto seconds = [&](Index first, Index last) {
+      return seconds_json({first - part.rows.first, last - part.rows.first}, record.sample_rate_hz);
+    };
+    Json one{{"name", printable(part.name)},
+             {"zeros", numbers(part.zeros.head(record.num_bodies))},
+             {"train_s", seconds(result.train[i].first, result.train[i].last)},
+             {"test_s", seconds(result.train[i].last, part.rows.last)}};
+    for (const ident::BodiesRun& run : result.runs)
+      if (run.part == i) one["free_run_nmse"] = numbers(run.errors.nmse);
+    parts.push_back(std::move(one));
+  }
+  return parts;
+}
+
+/// Of an input that is one, by one term, which is what z is behind, with a positive coefficient.
+bool is_lag(const ident::BodiesLayout& layout, const std::vector<ident::BodyTerm>& terms,
+            const std::vector<double>& mean) {
+  const auto of_z = std::count_if(terms.begin(), terms.end(), [&](const auto& term) { return term.body > 1; });
+  const ident::BodyTerm behind{2, "(" + layout.lagging + " - z)"};
+  return of_z == 1 && terms.back() == behind && mean.back() > 0.0 &&
+         std::find(layout.inputs.begin(), layout.inputs.end(), layout.lagging) != layout.inputs.end();
 }
 
 [[noreturn]] void refuse_file(const std::filesystem::path& file) {
@@ -118,12 +154,20 @@ std::string bodies_json(const ident::BodiesResult& result, const ident::BodiesRe
                 {"inputs", result.model.layout.inputs},
                 {"bodies", Json::array()}};
   for (int body = 1; body <= record.num_bodies; ++body) document["bodies"].push_back(body_json(body, result, record));
-  if (result.sought_memory) {
-    Json inner{{"kind", inner_kinds[1]}, {"kept", result.model.layout.inner != ident::Inner::none}};
-    apps::put(inner, "gain", result.gain_of_memory, "a fit did not come to rest");
+  if (result.sought != ident::Inner::none) {
+    Json inner{{"kind", inner_kinds[static_cast<std::size_t>(result.sought)]},
+               {"kept", result.model.layout.inner != ident::Inner::none}};
+    apps::put(inner, "gain", result.gain_of_inner,
+              std::isnan(result.gain_of_inner) ? "no fit with it came to rest"
+              : result.gain_of_inner > 0.0     ? "no fit without it came to rest"
+                                               : "it does not move");
     if (result.model.layout.inner != ident::Inner::none) {
       inner["state"] = ident::inner_force().name, inner["target"] = result.model.layout.target(record.num_bodies + 1);
       put_terms(inner, record.num_bodies + 1, result, record);
+    }
+    if (result.model.layout.inner == ident::Inner::lag) {
+      inner["input"] = result.model.layout.lagging;
+      inner["lag_s"] = result.lag_s, inner["lag_std_s"] = result.lag_std_s;
     }
     document["inner"] = std::move(inner);
   }
@@ -137,12 +181,10 @@ std::string bodies_json(const ident::BodiesResult& result, const ident::BodiesRe
   document["stage"] = {{"num_samples", result.num_samples},
                        {"gain_of_process_noise", number_or_null(result.gain_of_process_noise)},
                        {"silent_because", result.silent_because}};
-  const auto seconds = [&](const dsp::IndexRange& range) {
-    return Json::array({static_cast<double>(range.first) / record.sample_rate_hz,
-                        static_cast<double>(range.last) / record.sample_rate_hz});
-  };
-  document["train_s"] = seconds(result.train);
-  document["test_s"] = seconds({result.train.last, record.samples.rows()});
+  const auto seconds = [&](const dsp::IndexRange& range) { return seconds_json(range, record.sample_rate_hz); };
+  document["train_s"] = seconds(result.train.front());
+  document["test_s"] = seconds({result.train.front().last, record.parts.front().rows.last});
+  if (record.parts.size() > 1) document["recordings"] = parts_json(result, record);
   document["verdict"] = to_string(result.verdict);
   document["sentence"] = result.sentence;
   return text_of(document);
@@ -167,8 +209,11 @@ ident::BodiesModel read_bodies_model(const std::filesystem::path& run) {
     model.layout = {static_cast<int>(document.at("bodies").size()), static_cast<ident::Frame>(known - frames.begin()),
                     document.at("inputs").get<std::vector<std::string>>()};
     if (document.contains("inner") && document["inner"].at("kept").get<bool>()) {
-      if (document["inner"].at("kind") != inner_kinds[1] || model.layout.num_bodies != 1) refuse_file(file);
-      model.layout.inner = ident::Inner::hysteresis;
+      const auto* const kind =
+          std::find(inner_kinds.begin() + 1, inner_kinds.end(), document["inner"].at("kind").get<std::string>());
+      if (kind == inner_kinds.end() || model.layout.num_bodies != 1) refuse_file(file);
+      model.layout.inner = static_cast<ident::Inner>(kind - inner_kinds.begin());
+      if (model.layout.inner == ident::Inner::lag) model.layout.lagging = document["inner"].at("input");
     }
     std::vector<double> mean, std;
     const auto take_terms = [&](const Json& equation, int body) {
@@ -183,6 +228,7 @@ ident::BodiesModel read_bodies_model(const std::filesystem::path& run) {
       take_terms(body, body.at("body").get<int>());
     }
     if (model.layout.inner != ident::Inner::none) take_terms(document["inner"], model.layout.num_equations());
+    if (model.layout.inner == ident::Inner::lag && !is_lag(model.layout, model.terms, mean)) refuse_file(file);
     if (mean.empty() || mean.size() > most_terms) refuse_file(file);
     model.mean = Eigen::VectorXd::Map(mean.data(), std::ssize(mean));
     model.covariance = Eigen::VectorXd::Map(std.data(), std::ssize(std)).cwiseAbs2().asDiagonal();

@@ -32,7 +32,10 @@ ScreenEntry equations_entry(const ident::BodiesResult& result, const ident::Bodi
   }
   for (const ident::Model& model : models_of(result, record))
     entry.lines.push_back({displayed_equation(model, ident::Notation::text)});
-  if (result.model.layout.inner != ident::Inner::none)
+  if (result.model.layout.inner == ident::Inner::lag)
+    entry.lines.push_back(
+        {fmt::format("z is {} as it arrives; nothing records it.", printable(result.model.layout.lagging, 60))});
+  if (result.model.layout.inner == ident::Inner::hysteresis)
     entry.lines.push_back(
         {"z is a force per mass with a memory; nothing records it. Its coefficient of -1 is its scale."});
   const ident::Frame frame = result.model.layout.frame;
@@ -43,15 +46,33 @@ ScreenEntry equations_entry(const ident::BodiesResult& result, const ident::Bodi
   return entry;
 }
 
+const char* title_of(ident::Inner inner) {
+  return inner == ident::Inner::lag ? "Lag" : "Memory";
+}
+
+std::string lag_text(const ident::BodiesResult& result) {
+  if (result.model.layout.inner == ident::Inner::none)
+    return std::isnan(result.gain_of_inner) ? "Lag: none. With a lag, which was sought, no fit was found."
+                                            : "Lag: none. One was sought, and the samples do not ask for it.";
+  return fmt::format("Lag: {} arrives {} s late (first order){}.", printable(result.model.layout.lagging, 60),
+                     with_uncertainty(result.lag_s, result.lag_std_s),
+                     std::isfinite(result.gain_of_inner)
+                         ? fmt::format("; with it -2 log likelihood of the samples is lower by {:.0f} than without, "
+                                       "beyond the price of its term",
+                                       result.gain_of_inner)
+                         : ", without a comparison, as no fit without it came to rest");
+}
+
 std::string memory_text(const ident::BodiesResult& result) {
+  if (result.sought == ident::Inner::lag) return lag_text(result);
   const bool kept = result.model.layout.inner != ident::Inner::none;
-  if (!std::isfinite(result.gain_of_memory))
+  if (kept ? !std::isfinite(result.gain_of_inner) : std::isnan(result.gain_of_inner))
     return kept ? "Memory: kept without a comparison, as no fit without a hysteretic force came to rest."
                 : "Memory: none. With a hysteretic force, which was sought, no fit was found.";
   return kept ? fmt::format(
                     "Memory: with the hysteretic force -2 log likelihood of the samples is lower by {:.0f} than "
                     "without, beyond the price of its terms.",
-                    result.gain_of_memory)
+                    result.gain_of_inner)
               : "Memory: none. A hysteretic force was sought, and the samples do not ask for it.";
 }
 
@@ -88,10 +109,11 @@ std::string coupling_text(const ident::Coupling& coupling) {
 /// Of a body that a force in N acts on.
 Strings mass_texts(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
   Strings texts;
+  const std::string force = result.model.layout.lagging == "f" ? "z" : "f";
   for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
     const auto at = static_cast<Index>(i);
     const double mean = result.model.mean(at);
-    if (result.model.terms[i].name == "f" && record.length == "m" && mean > 0.0)
+    if (result.model.terms[i].name == force && record.length == "m" && mean > 0.0)
       texts.push_back(fmt::format("mass {}is {} kg if f is in N",
                                   record.num_bodies == 1 ? "" : fmt::format("{} ", result.model.terms[i].body),
                                   with_uncertainty(1.0 / mean, result.model.std(at) / (mean * mean))));
@@ -101,7 +123,7 @@ Strings mass_texts(const ident::BodiesResult& result, const ident::BodiesRecord&
 
 ScreenEntry physics_entry(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
   ScreenEntry entry{"which means", {}, 6};
-  if (result.sought_memory) entry.lines.push_back({memory_text(result)});
+  if (result.sought != ident::Inner::none) entry.lines.push_back({memory_text(result)});
   for (const ident::Mode& mode : result.modes)
     entry.lines.push_back({fmt::format("natural frequency {} Hz, damping ratio {}{}.",
                                        with_uncertainty(mode.frequency_hz, mode.frequency_std), damping_text(mode),
@@ -118,24 +140,26 @@ double seconds(const dsp::IndexRange& range, const ident::BodiesRecord& record) 
 
 ScreenEntry data_entry(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
   ScreenEntry entry{"data", {}, 4};
-  const auto left_out = [&] {
-    Index usable = 0;
-    for (const dsp::IndexRange& one : record.usable) usable += one.last - one.first;
-    return static_cast<double>(record.samples.rows() - usable) / record.sample_rate_hz;
-  }();
-  entry.lines.push_back(
-      {fmt::format("{}: {:.5g} s at {:.6g} Hz{}; left out: {}; fitted to {:.4g} s, tested "
-                   "on {:.4g} s.",
-                   printable(record.name, 100), static_cast<double>(record.samples.rows()) / record.sample_rate_hz,
-                   record.sample_rate_hz, record.num_bodies == 1 ? "" : fmt::format(", {} bodies", record.num_bodies),
-                   left_out > 0.0 ? fmt::format("{:.3g} s of faulty samples", left_out) : "nothing",
-                   seconds(result.train, record), seconds({result.train.last, record.samples.rows()}, record))});
+  for (std::size_t i = 0; i < record.parts.size(); ++i) {
+    const ident::BodiesPart& part = record.parts[i];
+    Index unusable = part.rows.last - part.rows.first;
+    for (const dsp::IndexRange& one : record.usable)
+      if (one.first >= part.rows.first && one.last <= part.rows.last) unusable -= one.last - one.first;
+    entry.lines.push_back({fmt::format(
+        "{}: {:.5g} s at {:.6g} Hz{}; left out: {}; fitted to {:.4g} s, tested "
+        "on {:.4g} s.",
+        printable(part.name, 100), seconds(part.rows, record), record.sample_rate_hz,
+        record.num_bodies == 1 ? "" : fmt::format(", {} bodies", record.num_bodies),
+        unusable > 0 ? fmt::format("{:.3g} s of faulty samples", seconds({0, unusable}, record)) : "nothing",
+        seconds(result.train[i], record), seconds({result.train[i].last, part.rows.last}, record))});
+  }
+  const VectorXd& zeros = record.parts.front().zeros;  // of all
   for (Index body = 0; body < record.num_bodies; ++body)
-    if (record.zeros(body) != 0.0)
-      entry.lines.push_back({fmt::format("{} = 0 is where {} is {:.6g} {}: the mean, as the motion is far from zero.",
-                                         result.model.layout.named('x', static_cast<int>(body) + 1),
-                                         printable(record.channels[static_cast<std::size_t>(body)].name),
-                                         record.zeros(body), record.length)});
+    if (zeros(body) != 0.0)
+      entry.lines.push_back(
+          {fmt::format("{} = 0 is where {} is {:.6g} {}: the mean, as the motion is far from zero.",
+                       result.model.layout.named('x', static_cast<int>(body) + 1),
+                       printable(record.channels[static_cast<std::size_t>(body)].name), zeros(body), record.length)});
   if (result.frame_was_open)
     entry.lines.push_back(
         {fmt::format("Whether the displacements are absolute was not stated; the samples say that "
@@ -165,9 +189,10 @@ ScreenEntry inputs_entry(const ident::BodiesResult& result, const ident::BodiesR
 }
 
 std::string of_equation(const ident::BodiesLayout& layout, int equation) {
-  return equation > layout.num_bodies ? "the force z"
-         : layout.num_bodies == 1     ? "the motion"
-                                      : fmt::format("body {}", equation);
+  return equation > layout.num_bodies
+             ? (layout.inner == ident::Inner::lag ? "the input as it arrives, z" : "the force z")
+         : layout.num_bodies == 1 ? "the motion"
+                                  : fmt::format("body {}", equation);
 }
 
 void write_equations(const ident::BodiesResult& result, const std::vector<ident::Model>& models, HtmlWriter& html) {
@@ -208,7 +233,7 @@ void write_equations(const ident::BodiesResult& result, const std::vector<ident:
 }
 
 void write_memory(const ident::BodiesResult& result, HtmlWriter& html) {
-  html.open("section", {{"id", "memory"}}).element("h2", "Memory");
+  html.open("section", {{"id", "memory"}}).element("h2", title_of(result.sought));
   html.element("p", memory_text(result));
 }
 
@@ -297,24 +322,30 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
     return VectorXd::LinSpaced(count, static_cast<double>(first), static_cast<double>(first + count - 1)) /
            record.sample_rate_hz;
   };
-  const ident::BodiesRun& run = result.run;
+  const bool are_several = record.parts.size() > 1;
+  const auto numbered = [&](std::size_t part) { return are_several ? fmt::format("-{}", part + 1) : ""; };
+  const auto named = [&](std::size_t part) {
+    return are_several ? fmt::format("{}. ", printable(record.parts[part].name, 100)) : "";
+  };
   constexpr double shown = 12.0;  // periods of the slowest mode
-  for (Index body = 0; body < run.positions.cols(); ++body) {
-    const Index count = run.positions.rows();
-    const VectorXd t = times(run.samples.first, count);
-    PlotPanel panel{fmt::format("free run{} on data not fitted", whose(body)), "time (s)", axis(body)};
-    panel.series = {{"measured", t, record.samples.col(body).tail(count), PlotStyle::line, PlotColour::black},
-                    {"free run", t, run.positions.col(body), PlotStyle::dashed, PlotColour::vermilion}};
-    const double span = result.modes.empty() ? 0.0 : shown / result.modes.front().frequency_hz;
-    if (span > 0.0 && span < t(count - 1) - t(0)) panel.x_limits = {t(count - 1) - span, t(count - 1)};
-    figures.push_back(
-        chart(fmt::format("body-{}-free-run", body + 1),
-              fmt::format("Measured displacement{} and the free run of all equations together, driven by the "
-                          "recorded inputs alone from a state that the fitted samples gave (NMSE {}).{}",
-                          whose(body), number_text(run.nmse(body), "{:.2g}", "none"),
-                          panel.x_limits ? " The last dozen periods of the slowest mode are shown." : ""),
-              panel));
-  }
+  for (const ident::BodiesRun& run : result.runs)
+    for (Index body = 0; body < run.positions.cols(); ++body) {
+      const Index count = run.positions.rows();
+      const VectorXd t = times(run.samples.first - record.parts[run.part].rows.first, count);
+      PlotPanel panel{fmt::format("free run{} on data not fitted", whose(body)), "time (s)", axis(body)};
+      panel.series = {{"measured", t, record.samples.col(body).segment(run.samples.first, count), PlotStyle::line,
+                       PlotColour::black},
+                      {"free run", t, run.positions.col(body), PlotStyle::dashed, PlotColour::vermilion}};
+      const double span = result.modes.empty() ? 0.0 : shown / result.modes.front().frequency_hz;
+      if (span > 0.0 && span < t(count - 1) - t(0)) panel.x_limits = {t(count - 1) - span, t(count - 1)};
+      figures.push_back(
+          chart(fmt::format("body-{}-free-run{}", body + 1, numbered(run.part)),
+                fmt::format("{}Measured displacement{} and the free run of all equations together, driven by the "
+                            "recorded inputs alone from a state that the fitted samples gave (NMSE {}).{}",
+                            named(run.part), whose(body), number_text(run.errors.nmse(body), "{:.2g}", "none"),
+                            panel.x_limits ? " The last dozen periods of the slowest mode are shown." : ""),
+                panel));
+    }
   if (result.loop.position.size() > 0) {
     constexpr double drawn = 8.0;  // periods: more loops hide one another
     const ident::Loop& loop = result.loop;
@@ -337,19 +368,22 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
                             static_cast<double>(count) / loop.sample_rate_hz),
                 panel));
   }
-  for (Index body = 0; body < record.num_bodies; ++body) {
-    PlotPanel panel{layout.num_bodies == 1 ? "as recorded" : fmt::format("body {} as recorded", body + 1), "time (s)",
-                    axis(body)};
-    panel.series = {{"", times(0, record.samples.rows()), record.samples.col(body), PlotStyle::line, PlotColour::blue}};
-    const double rate = record.sample_rate_hz;
-    panel.spans = {{static_cast<double>(result.train.first) / rate, static_cast<double>(result.train.last) / rate,
-                    "train", PlotColour::sky},
-                   {static_cast<double>(result.train.last) / rate, static_cast<double>(record.samples.rows()) / rate,
-                    "test", PlotColour::orange}};
-    figures.push_back(chart(fmt::format("record-{}", body + 1),
-                            fmt::format("Displacement{}. Shaded: fitted (train) and not fitted (test).", whose(body)),
-                            panel));
-  }
+  for (std::size_t i = 0; i < record.parts.size(); ++i)
+    for (Index body = 0; body < record.num_bodies; ++body) {
+      const dsp::IndexRange &rows = record.parts[i].rows, &train = result.train[i];
+      PlotPanel panel{layout.num_bodies == 1 ? "as recorded" : fmt::format("body {} as recorded", body + 1), "time (s)",
+                      axis(body)};
+      const Index count = rows.last - rows.first;
+      panel.series = {{"", times(0, count), record.samples.col(body).segment(rows.first, count), PlotStyle::line,
+                       PlotColour::blue}};
+      const auto at = [&](Index row) { return static_cast<double>(row - rows.first) / record.sample_rate_hz; };
+      panel.spans = {{at(train.first), at(train.last), "train", PlotColour::sky},
+                     {at(train.last), at(rows.last), "test", PlotColour::orange}};
+      figures.push_back(
+          chart(fmt::format("record-{}{}", body + 1, numbered(i)),
+                fmt::format("{}Displacement{}. Shaded: fitted (train) and not fitted (test).", named(i), whose(body)),
+                panel));
+    }
   return figures;
 }
 
@@ -360,9 +394,9 @@ std::string bodies_page(const ident::BodiesResult& result, const ident::BodiesRe
   return html_document("Equations of motion from " + printable(record.name, 200), [&](HtmlWriter& html) {
     write_screen(bodies_screen(result, record), html);
     const bool is_one = result.model.layout.num_bodies == 1;
-    write_contents({{"equations", result.sought_memory ? "Equation" : "Equations"},
+    write_contents({{"equations", is_one ? "Equation" : "Equations"},
                     {"modes", "Modes"},
-                    is_one ? PageLink{"memory", "Memory"} : PageLink{"couplings", "Action and reaction"},
+                    is_one ? PageLink{"memory", title_of(result.sought)} : PageLink{"couplings", "Action and reaction"},
                     {"record", "The record"},
                     {"repeat", "How to repeat it"},
                     {"words", "Words on this page"}},

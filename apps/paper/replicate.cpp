@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "apps/paper/comparison.hpp"
+#include "apps/paper/inner_state.hpp"
 #include "apps/paper/paper_figures.hpp"
 #include "apps/paper/replicate_page.hpp"
 #include "apps/paper/rig_comparison.hpp"
@@ -64,7 +65,8 @@ std::string replicate_section4(const Section4Case& definition, const ReplicateOp
   const bool figure = asked(results.items, {"all", definition.name, name_of("fig", definition.figure)});
   if (!table && !figure) return {};
   console.step(definition.name);
-  const CaseReplication replication = replicate_case(definition, options, shown_progress(console, definition.name));
+  CaseReplication replication = replicate_case(definition, options, shown_progress(console, definition.name));
+  if (table) replicate_inner_state(replication, options);
   const Json rows = compare_with_paper(replication);
   results.add(replication.document);
   results.add({{"paper", rows}});

@@ -32,7 +32,8 @@ std::vector<Section4Case> read_cases() {
                      words_in(one, "states"), whole(one.number("order").value()), words_in(one, "terms"),
                      words_in(one, "split"), whole(one.number("no_truth").value_or(0.0)), words_in(one, "figure_x"),
                      words_in(one, "figure_y"), otherwise.number("without_ratio").value_or(0.0),
-                     words_in(otherwise, "beside"), otherwise.text("origin").value_or("")});
+                     words_in(otherwise, "beside"), otherwise.text("origin").value_or(""),
+                     one.text("inner").value_or("")});
   }
   return cases;
 }

@@ -34,6 +34,7 @@ struct Section4Case {
   double otherwise_without = 0.0;               ///< another origin of the print: without this ratio (0: with all) ...
   std::vector<std::string> otherwise_beside;    ///< ... or fitted with these terms as well
   std::string otherwise;                        ///< that origin in words; empty: none is known
+  std::string inner;  ///< of a state that was not measured: its kind, "hysteresis"; empty: none
   [[nodiscard]] int num_rows() const { return static_cast<int>(variables.size()); }
 };
 /// The noise that Section 4 states, a fraction of each target's standard deviation.

@@ -8,6 +8,7 @@
 
 #include "apps/output/number_text.hpp"
 #include "apps/output/wrapped_text.hpp"
+#include "apps/paper/inner_state.hpp"
 #include "apps/paper/paper_data.hpp"
 #include "apps/paper/rig_comparison.hpp"
 #include "dsp/order_statistics.hpp"
@@ -193,7 +194,7 @@ std::string case_text(const CaseReplication& replication, const ReplicateOptions
   const double ms = 1e3 * static_cast<double>(fits.size()) / options.num_seeds;
   text += fmt::format("F-RVM of all rows from R: {:.2f} ms; all columns and targets to R: {:.2f} ms\n\n",
                       ms * mean_of(fits, "/seconds"), 1e3 * number_in(document["accumulate"][0]["seconds"]));
-  return text + free_runs(document).text();
+  return text + free_runs(document).text() + inner_state_text(replication);
 }
 
 std::string rig_errors_text(const RigReplication& replication, const std::vector<RigRegime>& regimes,

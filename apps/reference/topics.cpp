@@ -118,10 +118,13 @@ Page files_page() {
       {"equation.json",
        "Equations with covariances, what their variance comes from, models ranked, verdict and cause; `method` at a "
        "range: whose verdict it has. A term whose coefficient differs between recordings is there once for each, with "
-       "`recording` beside its name."},
+       "`recording` beside its name. Of several bodies `bodies`, with an inner state `inner`, of several recordings of "
+       "these `recordings`."},
       {"metrics.json", "Figures of merit of every range and method."},
       {"prepared.csv", "Signals at the regression rate in SI units; `excluded` is 1 where a row is left out."},
-      {"predictions.csv", "Target and prediction of every row of every range, by each method."},
+      {"predictions.csv",
+       "Target and prediction of every row of every range, by each method; of several bodies or an inner state "
+       "measured and free run."},
       {"quality.json", "Every check, relations of sensors, thresholds of regimes."},
       {"segments.json",
        "Regimes and excluded intervals, with probabilities and standard deviations of their ends (null: not estimated, "

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <optional>
 #include <utility>
 
 #include "dsp/constants.hpp"
@@ -14,6 +16,7 @@
 #include "ident/equation/percent.hpp"
 #include "ident/likelihood.hpp"
 #include "ident/state_space/select.hpp"
+#include "ident/state_space/start.hpp"
 #include "ident/validate/free_run.hpp"
 
 namespace ident {
@@ -49,7 +52,7 @@ double rms_of(const Choice& choice, int state) {
 
 /// Where a search for terms begins, and takes up what else there is: what springs and dampers are made of, then every
 /// candidate, none of which are named. With a z, whose terms are not linear in it, from less: a hysteretic force beside
-/// inputs and a spring [Wen76], then without that.
+/// inputs and a spring [Wen76], then without that; with z itself, by which fades what soft steps have gathered in it.
 std::vector<std::vector<int>> first_terms(const BodiesLayout& layout, const std::vector<BodyTerm>& candidates) {
   constexpr int usual_of_z = 3;  // v, z|v| and |z|v stand before its others
   std::vector<int> usual, sprung, driven;
@@ -57,7 +60,7 @@ std::vector<std::vector<int>> first_terms(const BodiesLayout& layout, const std:
   for (size_t i = 0; i < candidates.size(); ++i) {
     const auto& [body, name] = candidates[i];
     const bool drives = std::find(layout.inputs.begin(), layout.inputs.end(), name) != layout.inputs.end() ||
-                        (body > layout.num_bodies && of_z++ < usual_of_z);
+                        name == "z" || (body > layout.num_bodies && of_z++ < usual_of_z);
     if (drives) driven.push_back(static_cast<int>(i));
     if (drives || name == layout.position(1)) sprung.push_back(static_cast<int>(i));
     const std::string own = layout.position(body);
@@ -67,23 +70,55 @@ std::vector<std::vector<int>> first_terms(const BodiesLayout& layout, const std:
                  name == BodiesLayout::stretch_rate(lower);
     if (is_usual) usual.push_back(static_cast<int>(i));
   }
-  if (layout.inner == Inner::none) return {usual, {}};
-  return {sprung, driven};
+  if (layout.inner == Inner::hysteresis) return {sprung, driven};
+  return {usual, {}};
 }
 
-Choice choose(const BodiesRecord& given, Frame frame, Inner inner, const BodiesOptions& options,
-              dsp::IndexRange train) {
+/// What a search with an inner state begins with.
+struct InnerStart {
+  Inner inner = Inner::none;
+  std::string lagging = {};
+  double lag_s = 0.0;
+};
+
+/// An input as an actuator of first order passes it on, from where it is at first.
+VectorXd lagged(const VectorXd& input, double sample_rate_hz, double lag_s) {
+  const double stays = std::exp(-1.0 / (sample_rate_hz * lag_s));
+  VectorXd z = input;
+  for (Index k = 1; k < z.size(); ++k) z(k) = stays * z(k - 1) + (1.0 - stays) * 0.5 * (input(k - 1) + input(k));
+  return z;
+}
+
+Choice choose(const BodiesRecord& given, Frame frame, const InnerStart& start, const BodiesOptions& options,
+              const std::vector<dsp::IndexRange>& train) {
   Choice choice{.record = in_frame(given, frame)};
-  choice.layout = {given.num_bodies, frame, choice.record.inputs, inner};
+  choice.layout = {given.num_bodies, frame, choice.record.inputs, start.inner, start.lagging};
   choice.candidates = candidates_of(choice.layout, options.library);
   choice.statement = statement_of(choice.record, choice.layout, choice.candidates, {}, train, 0);
   if (choice.statement.problem.records.empty())
     throw dsp::Fault(
         dsp::FaultKind::input, "bodies.short",
-        fmt::format("{}: {} samples to be fitted are too few. Record longer", given.name, train.last - train.first));
+        fmt::format("{}: {} samples to be fitted are too few. Record longer", given.name,
+                    std::accumulate(train.begin(), train.end(), Index{0},
+                                    [](Index sum, const dsp::IndexRange& one) { return sum + one.last - one.first; })));
+  for (size_t part = 0; part < train.size(); ++part)
+    if (std::none_of(choice.statement.origins.begin(), choice.statement.origins.end(),
+                     [&](const BodiesStatement::Origin& one) { return one.range == part; }))
+      throw dsp::Fault(
+          dsp::FaultKind::input, "bodies.short",
+          fmt::format("{}: {} samples to be fitted are too few beside the other recordings. Leave this one "
+                      "out, or record longer",
+                      given.parts[part].name, train[part].last - train[part].first));
+  state_space::SelectOptions search{.fit = {.num_threads = options.num_threads}};
+  const Index of_lagging =
+      std::find(choice.layout.inputs.begin(), choice.layout.inputs.end(), start.lagging) - choice.layout.inputs.begin();
+  for (const state_space::Record& record : choice.statement.problem.records)
+    if (start.inner == Inner::lag)
+      search.fit.last_state.push_back(
+          lagged(record.inputs.col(of_lagging), choice.statement.problem.sample_rate_hz, start.lag_s));
   for (const std::vector<int>& first : first_terms(choice.layout, choice.candidates)) {
-    choice.selection =
-        state_space::select(choice.statement.problem, {.fit = {.terms = first, .num_threads = options.num_threads}});
+    search.fit.terms = first;
+    choice.selection = state_space::select(choice.statement.problem, search);
     if (choice.selection.fit.converged()) break;
   }
   return choice;
@@ -101,27 +136,86 @@ double score_of(const Choice& choice) {
   const double size = rms_of(choice, choice.layout.num_states() - 1);
   const bool moves = std::any_of(fit.parameters.begin(), fit.parameters.end(), [&](int i) {
     return std::cmp_less(i, choice.candidates.size()) &&
-           choice.candidates[static_cast<size_t>(i)].body > choice.layout.num_bodies;
+           choice.candidates[static_cast<size_t>(i)].body > choice.layout.num_bodies &&
+           (choice.layout.inner != Inner::lag || fit.point.parameters[static_cast<size_t>(i)] > 0.0);
   });
   if (!moves || !(size > 0.0)) return std::numeric_limits<double>::infinity();
   return score + choice.selection.price + 2.0 * static_cast<double>(fit.point.states.size()) * std::log(size);
 }
 
-/// With z, where that is more likely than without by more than its price.
-Choice with_memory(Choice without, const BodiesRecord& record, const BodiesOptions& options, BodiesResult& result) {
-  result.sought_memory = true;
-  Choice with = choose(record, without.layout.frame, options.inner, options, result.train);
-  result.gain_of_memory = score_of(without) - score_of(with);
-  return result.gain_of_memory > 0.0 ? std::move(with) : std::move(without);
+/// Inputs that are candidates by themselves.
+std::vector<std::string> inputs_that_may_lag(const BodiesLayout& layout, const BodyLibrary& library) {
+  const std::vector<BodyTerm> candidates = candidates_of(layout, library);
+  std::vector<std::string> inputs = layout.inputs;
+  std::erase_if(inputs, [&](const std::string& input) {
+    return std::find(candidates.begin(), candidates.end(), BodyTerm{1, input}) == candidates.end();
+  });
+  return inputs;
 }
 
-/// Of the samples that may be used, from the first on.
-dsp::IndexRange train_of(const BodiesRecord& record, double fraction) {
+void require_input_that_may_lag(const BodiesRecord& record, const BodiesOptions& options) {
+  const Frame frame = record.frame.value_or(Frame::absolute);
+  const BodiesLayout layout{record.num_bodies, frame, in_frame(record, frame).inputs};
+  if (options.inner == Inner::lag && inputs_that_may_lag(layout, options.library).empty())
+    throw dsp::Fault(
+        dsp::FaultKind::input, "bodies.lag",
+        fmt::format("{}: [library] inner = \"lag\" is of a recorded force, or of the acceleration of a base that x is "
+                    "relative to, as a candidate, and there is none. Give the channel of the force role = \"f\", or "
+                    "leave `inner` out",
+                    record.name));
+}
+
+/// Lags of each such input: a period of the motion over 2 pi, a third of it and three times as long.
+std::vector<InnerStart> lags_of(const Choice& without, const BodyLibrary& library) {
+  const state_space::Problem& problem = without.statement.problem;
+  const Eigen::MatrixXd& channels =
+      std::max_element(problem.records.begin(), problem.records.end(), [](const auto& a, const auto& b) {
+        return a.channels.rows() < b.channels.rows();
+      })->channels;
+  VectorXd x = channels.col(0).unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
+  x.array() -= x.mean();
+  const double rate_hz = problem.sample_rate_hz,
+               to_hz = state_space::cutoff_hz(x, rate_hz, without.selection.fit.floors.front()),
+               rad_s = derived(x, rate_hz, 1, to_hz).norm() / x.norm();
+  // Where nothing is left that a lag could explain, one start of each is enough.
+  const std::vector<double> parts = without.is_complete() ? std::vector{1.0} : std::vector{1.0, 0.3, 3.0};
+  std::vector<InnerStart> starts;
+  for (const std::string& input : inputs_that_may_lag(without.layout, library))
+    for (const double part : parts) starts.push_back({Inner::lag, input, part / rad_s});
+  return starts;
+}
+
+/// With z, where that is more likely than without by more than its price.
+Choice with_inner(Choice without, const BodiesRecord& record, const BodiesOptions& options, BodiesResult& result) {
+  result.sought = options.inner;
+  const std::vector<InnerStart> starts =
+      options.inner == Inner::lag ? lags_of(without, options.library) : std::vector<InnerStart>{{options.inner}};
+  std::optional<Choice> best;
+  for (const InnerStart& start : starts) {
+    Choice with = choose(record, without.layout.frame, start, options, result.train);
+    if (!best || score_of(with) < score_of(*best) || !best->selection.fit.converged()) best = std::move(with);
+    if (best->layout.lagging == start.lagging && best->is_complete() && std::isfinite(score_of(*best))) break;
+  }
+  result.gain_of_inner = score_of(without) - score_of(*best);
+  if (!best->selection.fit.converged()) result.gain_of_inner = dsp::nan;
+  return result.gain_of_inner > 0.0 ? std::move(*best) : std::move(without);
+}
+
+/// Of the samples of each part that may be used, from the first on.
+std::vector<dsp::IndexRange> train_of(const BodiesRecord& record, double fraction) {
   if (record.usable.empty())
     throw dsp::Fault(dsp::FaultKind::input, "bodies.short",
                      fmt::format("{}: no sample is without a fault", record.name));
-  const Index first = record.usable.front().first, last = record.usable.back().last;
-  return {first, first + static_cast<Index>(fraction * static_cast<double>(last - first))};
+  std::vector<dsp::IndexRange> train;
+  for (const BodiesPart& part : record.parts) {
+    Index first = part.rows.last, last = part.rows.first;
+    for (const dsp::IndexRange& usable : record.usable)
+      if (usable.first >= part.rows.first && usable.last <= part.rows.last)
+        first = std::min(first, usable.first), last = std::max(last, usable.last);
+    train.push_back(
+        {first, first + static_cast<Index>(fraction * static_cast<double>(std::max<Index>(last - first, 0)))});
+  }
+  return train;
 }
 
 void take_terms(BodiesResult& result, const Choice& choice) {
@@ -138,7 +232,7 @@ void take_terms(BodiesResult& result, const Choice& choice) {
     model.terms.push_back(term);
     result.gain.push_back(score.gain), result.probability.push_back(score.probability);
   };
-  bool has_force = choice.layout.inner == Inner::none;
+  bool has_force = choice.layout.inner != Inner::hysteresis;
   const auto take_force = [&] {
     if (!std::exchange(has_force, true)) take(inner_force(), -1, -1.0, {dsp::nan, 1.0});
   };
@@ -163,6 +257,13 @@ void take_terms(BodiesResult& result, const Choice& choice) {
     if (taken[i] == 0) result.rejected.push_back(choice.candidates[i]);
 }
 
+/// The last coefficient is its reciprocal.
+void take_lag(BodiesResult& result) {
+  const Index last = result.model.mean.size() - 1;
+  const double rate = result.model.mean(last);
+  result.lag_s = 1.0 / rate, result.lag_std_s = result.model.std(last) / (rate * rate);
+}
+
 /// The longest of the fitted pieces.
 Loop longest_loop(const Choice& choice, const BodiesModel& model) {
   const state_space::Problem& problem = choice.statement.problem;
@@ -178,11 +279,16 @@ Loop longest_loop(const Choice& choice, const BodiesModel& model) {
                  choice.selection.fit.noise.channel.front());
 }
 
-/// From the last state that training samples gave.
-BodiesRun run_behind(const Choice& choice, const BodiesModel& model, const VectorXd& noise_std, dsp::IndexRange train) {
+/// Of a part, from the last state that its training samples gave; nothing where there is none, or nothing behind it.
+std::optional<BodiesRun> run_behind(const Choice& choice, const BodiesModel& model, size_t part, Index behind) {
   const BodiesRecord& record = choice.record;
-  const Index begin = choice.statement.last_sample, end = record.samples.rows();
-  const auto& states = choice.selection.fit.point.states.back();
+  const std::vector<BodiesStatement::Origin>& origins = choice.statement.origins;
+  const auto last = std::find_if(origins.rbegin(), origins.rend(),
+                                 [&](const BodiesStatement::Origin& one) { return one.range == part; });
+  const Index end = record.parts[part].rows.last;
+  if (last == origins.rend() || behind >= end) return std::nullopt;
+  const Index begin = last->last_sample;
+  const auto& states = choice.selection.fit.point.states[static_cast<size_t>(origins.rend() - last) - 1];
   const auto num_states = static_cast<size_t>(choice.selection.fit.noise.process.size());
   const std::vector<double> state(states.end() - static_cast<std::ptrdiff_t>(num_states),
                                   states.end() - static_cast<std::ptrdiff_t>(num_states) + model.layout.num_states());
@@ -190,47 +296,83 @@ BodiesRun run_behind(const Choice& choice, const BodiesModel& model, const Vecto
   const double scale = record.samples.leftCols(n).cwiseAbs().maxCoeff();
   const Eigen::MatrixXd positions =
       run_free(model, record.input_samples.middleRows(begin, end - begin), record.sample_rate_hz, state, scale);
-  BodiesRun run{.samples = {train.last, end}, .positions = positions.bottomRows(end - train.last)};
-  const RunErrors errors = errors_of_run(record, run.positions, train.last, train.last);
-  run.nmse = errors.nmse;
-  run.noise = noise_std.head(n).cwiseAbs2().cwiseQuotient(errors.variance);
+  BodiesRun run{.part = part, .samples = {behind, end}, .positions = positions.bottomRows(end - behind)};
+  run.errors = errors_of_run(record, run.positions, behind, behind);
   return run;
 }
 
-std::string in_words(const BodiesRun& run, const BodiesLayout& layout) {
+/// Of all parts together.
+void run_all(BodiesResult& result, const Choice& choice) {
+  const Index n = choice.record.num_bodies;
+  VectorXd missed = VectorXd::Zero(n), squares = VectorXd::Zero(n), counts = VectorXd::Zero(n);
+  for (size_t part = 0; part < choice.record.parts.size(); ++part) {
+    std::optional<BodiesRun> run = run_behind(choice, result.model, part, result.train[part].last);
+    if (!run || run->errors.count == 0.0) continue;
+    for (Index body = 0; body < n; ++body) {
+      const double nmse = run->errors.nmse(body);
+      if (!std::isfinite(nmse) && run->positions.col(body).allFinite()) continue;  // it stands still
+      missed(body) += nmse * run->errors.squares(body), squares(body) += run->errors.squares(body);
+      counts(body) += run->errors.count;
+    }
+    result.runs.push_back(std::move(*run));
+  }
+  result.run_nmse = missed.cwiseQuotient(squares);
+  result.run_noise = counts.cwiseProduct(result.noise_std.head(n).cwiseAbs2()).cwiseQuotient(squares);
+}
+
+std::string in_words(const BodiesResult& result) {
   std::vector<std::string> parts;
-  for (Index body = 0; body < run.nmse.size(); ++body) {
-    const double one = run.nmse(body);
-    const std::string x = layout.named('x', static_cast<int>(body) + 1);
-    parts.push_back(std::isfinite(one) ? fmt::format("{} with NMSE {:.2g}, an error of {} of its rms (noise: {})", x,
-                                                     one, percent(std::sqrt(one)), percent(std::sqrt(run.noise(body))))
-                                       : x + " runs away");
+  for (Index body = 0; body < result.run_nmse.size(); ++body) {
+    const double one = result.run_nmse(body);
+    const std::string x = result.model.layout.named('x', static_cast<int>(body) + 1);
+    parts.push_back(std::isfinite(one)
+                        ? fmt::format("{} with NMSE {:.2g}, an error of {} of its rms (noise: {})", x, one,
+                                      percent(std::sqrt(one)), percent(std::sqrt(result.run_noise(body))))
+                        : x + " runs away");
   }
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
+/// Of the power; NaN where a body stands still, 2 where it runs away.
+double error_beyond_noise(const BodiesRun& run, Index body, double noise_std) {
+  if (!run.positions.col(body).allFinite()) return 2.0;
+  return run.errors.nmse(body) - run.errors.count * noise_std * noise_std / run.errors.squares(body);
+}
+
 /// As for one body: 1 % of the power beyond noise describes, 10 % in part; what is there beyond doubt and not in the
 /// equations takes it down.
-void judge(BodiesResult& result, double sample_rate_hz) {
-  const BodiesRun& run = result.run;
-  double worst = 0.0;
-  for (Index body = 0; body < run.nmse.size(); ++body) {
-    const double beyond = run.nmse(body) - run.noise(body);
-    worst = std::isfinite(beyond) ? std::max(worst, beyond) : 2.0;
+void judge(BodiesResult& result, const BodiesRecord& record) {
+  const bool lacks = result.gain_of_process_noise > Likelihood::beyond_doubt;
+  const char* left_over =
+      lacks ? "the recorded samples have something that no candidate explains (odds of 20,000 and more)"
+            : "the recorded samples have nothing that they do not explain";
+  if (result.runs.empty()) {
+    result.sentence = fmt::format("Nothing was left to run these equations over; {}.", left_over);
+    return;
+  }
+  double worst = -std::numeric_limits<double>::infinity(), samples = 0.0;
+  const BodiesRun* worst_run = nullptr;
+  for (const BodiesRun& run : result.runs) {
+    samples += static_cast<double>(run.samples.last - run.samples.first);
+    for (Index body = 0; body < run.errors.nmse.size(); ++body)
+      if (const double beyond = error_beyond_noise(run, body, result.noise_std(body)); beyond > worst)
+        worst = beyond, worst_run = &run;
+  }
+  if (worst_run == nullptr) {
+    result.sentence = fmt::format("Nothing moves where these equations could be run; {}.", left_over);
+    return;
   }
   result.verdict = worst <= follows           ? Verdict::describes
                    : worst <= follows_in_part ? Verdict::in_part
                                               : Verdict::does_not;
-  const bool lacks = result.gain_of_process_noise > Likelihood::beyond_doubt;
   if (lacks && result.verdict == Verdict::describes) result.verdict = Verdict::in_part;
   const char* words = result.verdict == Verdict::describes ? "These equations describe the record"
                       : result.verdict == Verdict::in_part ? "These equations describe the record in part"
                                                            : "These equations do not describe the record";
-  result.sentence = fmt::format(
-      "{}: run free over {:.3g} s that were not fitted, {}; {}.", words,
-      static_cast<double>(run.samples.last - run.samples.first) / sample_rate_hz, in_words(run, result.model.layout),
-      lacks ? "the recorded samples have something that no candidate explains (odds of 20,000 and more)"
-            : "the recorded samples have nothing that they do not explain");
+  const std::string followed_least =
+      record.parts.size() > 1 ? fmt::format("; least follows {}", record.parts[worst_run->part].name) : "";
+  result.sentence = fmt::format("{}: run free over {:.3g} s that were not fitted, {}{}; {}.", words,
+                                samples / record.sample_rate_hz, in_words(result), followed_least, left_over);
 }
 
 }  // namespace
@@ -240,15 +382,16 @@ BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& op
     throw dsp::Fault(dsp::FaultKind::input, "bodies.short",
                      fmt::format("{}: {} samples are too few, want {} at least. Record longer", record.name,
                                  record.samples.rows(), least_samples));
-  const dsp::IndexRange train = train_of(record, options.train_fraction);
+  if (options.inner == Inner::lag) require_input_that_may_lag(record, options);
+  const std::vector<dsp::IndexRange> train = train_of(record, options.train_fraction);
   BodiesResult result{.train = train};
-  Choice best = choose(record, record.frame.value_or(Frame::absolute), Inner::none, options, train);
+  Choice best = choose(record, record.frame.value_or(Frame::absolute), {}, options, train);
   // In the wrong frame the base acts by terms that are no candidates: it is as good as impossible that nothing is left.
   if (!record.frame && !best.is_complete())
-    if (Choice other = choose(record, Frame::base, Inner::none, options, train);
+    if (Choice other = choose(record, Frame::base, {}, options, train);
         other.is_complete() || !best.selection.fit.converged())
       best = std::move(other);
-  if (options.inner != Inner::none) best = with_memory(std::move(best), record, options, result);
+  if (options.inner != Inner::none) best = with_inner(std::move(best), record, options, result);
   result.frame_was_open = !record.frame;
   const state_space::Fit& fit = best.selection.fit;
   result.model.layout = best.layout;
@@ -271,9 +414,10 @@ BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& op
   }
   result.modes = modes_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
   result.couplings = couplings_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
-  if (result.model.layout.inner != Inner::none) result.loop = longest_loop(best, result.model);
-  result.run = run_behind(best, result.model, result.noise_std, train);
-  judge(result, record.sample_rate_hz);
+  if (result.model.layout.inner == Inner::hysteresis) result.loop = longest_loop(best, result.model);
+  if (result.model.layout.inner == Inner::lag) take_lag(result);
+  run_all(result, best);
+  judge(result, record);
   return result;
 }
 

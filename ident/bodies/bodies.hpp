@@ -12,7 +12,15 @@
 
 namespace ident {
 
-/// Motions of several bodies recorded together, ready for their likelihood.
+/// One recording of a record.
+struct BodiesPart {
+  std::string name;
+  dsp::IndexRange rows;
+  Eigen::VectorXd zeros;   ///< of each channel, subtracted: the mean where x is far from zero
+  double zero_of_r = 0.0;  ///< the same of the base
+};
+
+/// Motions of several bodies recorded together, ready for their likelihood: one recording, or several end to end.
 struct BodiesRecord {
   std::string name;
   double sample_rate_hz = 0.0;
@@ -20,7 +28,7 @@ struct BodiesRecord {
   int num_bodies = 0;
   std::vector<dsp::Channel> channels = {};  ///< of bodies; the displacements of 1 to n first
   Eigen::MatrixXd samples = {};             ///< of these
-  Eigen::VectorXd zeros = {};               ///< of each, subtracted: the mean where x is far from zero
+  std::vector<BodiesPart> parts = {};       ///< one, or several that were joined
   std::vector<std::string> inputs = {};     ///< recorded, as terms call them
   Eigen::MatrixXd input_samples = {};
   std::vector<double> input_noise_std = {};  ///< white, of a sample; empty: not looked at
@@ -33,10 +41,14 @@ struct BodiesRecord {
 /// "bodies.*") where a body has no displacement or one number is missing, and what to add.
 [[nodiscard]] BodiesRecord bodies_record(const dsp::Recording& recording, bool one_body = false);
 
+/// Recordings of the same system with the same channels and inputs as one record, with one zero of each displacement.
+/// Throws dsp::Fault (input, "bodies.recordings") where they are not the same, or a sensor seems to have been moved.
+[[nodiscard]] BodiesRecord joined(const std::vector<BodiesRecord>& records);
+
 struct BodiesOptions {
   BodyLibrary library = {};
-  Inner inner = Inner::none;  ///< tried, and kept where the samples ask for it
-  double train_fraction = 0.6;
+  Inner inner = Inner::none;    ///< tried, and kept where the samples ask for it
+  double train_fraction = 0.6;  ///< of each recording; 1: none is left for a free run
   int num_threads = 1;
 };
 
@@ -49,13 +61,20 @@ struct BodiesModel {
   [[nodiscard]] double std(Eigen::Index term) const { return std::sqrt(covariance(term, term)); }
 };
 
+/// What a run misses of each displacement of a record, at usable samples.
+struct RunErrors {
+  double count = 0.0;         ///< of samples
+  Eigen::VectorXd nmse = {},  ///< NaN: it runs away, or nothing was recorded
+      squares = {};           ///< of each displacement there about its mean: the sum
+};
+
 /// The equations on their own from a state that training samples alone gave, driven by the inputs: displacements over
-/// the samples behind the training ones.
+/// the samples of a part behind its training ones.
 struct BodiesRun {
+  std::size_t part = 0;
   dsp::IndexRange samples = {};    ///< of the record
   Eigen::MatrixXd positions = {};  ///< samples x bodies; NaN from where they run away
-  Eigen::VectorXd nmse = {},
-                  noise = {};  ///< of each body, over its variance there: what it misses, and the channel's noise
+  RunErrors errors = {};
 };
 
 /// The force per mass that an inner state stands for, along the fitted samples.
@@ -69,26 +88,32 @@ struct BodiesResult {
   BodiesModel model = {};
   std::vector<double> gain = {}, probability = {};  ///< of each of these terms: as of state_space::Score
   std::vector<BodyTerm> rejected = {};              ///< candidates that were not taken
-  dsp::IndexRange train = {};
-  double num_samples = 0.0;  ///< that the likelihood is of
+  std::vector<dsp::IndexRange> train = {};          ///< of each part
+  double num_samples = 0.0;                         ///< that the likelihood is of
   double thinned_by = 1.0;
   Eigen::VectorXd noise_std = {};      ///< of each channel of the record
   double gain_of_process_noise = 0.0;  ///< as of Likelihood
   bool frame_was_open = false;         ///< the samples decided it
-  bool sought_memory = false;
-  double gain_of_memory = 0.0;  ///< of -2 log likelihood by z, beyond the price of its terms and of itself; infinite
-                                ///< or NaN where a fit did not come to rest
-  Loop loop = {};               ///< empty where there is no z
+  Inner sought = Inner::none;
+  double gain_of_inner = 0.0;  ///< of -2 log likelihood by z, beyond the price of its terms and of itself; NaN: no
+                               ///< fit with it came to rest; infinite: none without it; -infinite: it does not move
+  Loop loop = {};              ///< empty where there is no hysteretic z
+  double lag_s = 0.0, lag_std_s = 0.0;  ///< of z behind layout.lagging; zero where there is none
   std::vector<Mode> modes = {};
   std::vector<Coupling> couplings = {};
-  BodiesRun run = {};
+  std::vector<BodiesRun> runs = {};  ///< of the parts that have samples left for one
+  /// Of each body over its variance in all runs: what they miss, and the channel's noise.
+  Eigen::VectorXd run_nmse = {},
+                  run_noise =
+                      {};  ///< of each body over its variance in all runs: what they miss, and the channel's noise
   Verdict verdict = Verdict::undecided;
   std::string sentence = {};        ///< the verdict and what it rests on
   std::string silent_because = {};  ///< not empty: there is no equation
 };
 
 /// One selection over the equations of all bodies, from the samples as they were recorded. Throws dsp::Fault (usage,
-/// "term.*") for terms that cannot be read, (input, "bodies.short") for fewer samples than say anything.
+/// "term.*") for terms that cannot be read, (input, "bodies.short") for fewer samples than say anything, (input,
+/// "bodies.lag") for a lag where no input was recorded.
 [[nodiscard]] BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options);
 
 /// Equations run free over samples of inputs from a state (x1, v1, x2, v2 ... z of sample `first`): displacements of
@@ -96,14 +121,11 @@ struct BodiesResult {
 [[nodiscard]] Eigen::MatrixXd run_free(const BodiesModel& model, const Eigen::MatrixXd& inputs, double sample_rate_hz,
                                        const std::vector<double>& state, double scale);
 
-/// What a run from sample `first` misses of each displacement of a record, at its usable samples from `from` on.
-struct RunErrors {
-  Eigen::VectorXd nmse, variance;  ///< over the variance there, and that; NaN: it runs away, or nothing was recorded
-};
+/// Of a run from sample `first` at the usable samples from `from` on.
 [[nodiscard]] RunErrors errors_of_run(const BodiesRecord& record, const Eigen::MatrixXd& positions, Eigen::Index first,
                                       Eigen::Index from);
 
-/// As the equations want them: displacements in their frame, base motion they lack derived.
+/// As the equations want them: displacements in their frame, base motion they lack derived, of each part by itself.
 [[nodiscard]] BodiesRecord in_frame(BodiesRecord record, Frame frame);
 
 /// The state in which the equations, as they are, begin these samples: of most likelihood over them. Nothing where it

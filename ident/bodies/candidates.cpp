@@ -35,6 +35,11 @@ std::string BodiesLayout::named(char letter, int body) const {
 std::string BodiesLayout::target(int equation) const {
   return equation > num_bodies ? "dz" : named('a', equation);
 }
+std::string BodiesLayout::target_unit(int equation, const std::string& length) const {
+  if (equation <= num_bodies) return length + "/s^2";
+  if (inner == Inner::hysteresis || lagging == "ddr") return length + "/s^3";
+  return lagging == "f" ? "N/s" : "";
+}
 std::string BodiesLayout::position(int body) const {
   return frame == Frame::absolute ? "(" + named('x', body) + " - r)" : named('x', body);
 }
@@ -69,11 +74,12 @@ std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrar
         add(sign_of(BodiesLayout::stretch_rate(lower)));
       }
       for (const std::string& input : layout.inputs)
-        if (!is_motion_of_base(input, layout.frame)) add(input);
+        if (!is_motion_of_base(input, layout.frame)) add(input == layout.lagging ? "z" : input);
     }
-    for (const std::string& term : library.terms) add(term);
+    for (const std::string& term : library.terms) add(!layout.lagging.empty() && term == layout.lagging ? "z" : term);
   }
-  if (layout.inner == Inner::none) return candidates;
+  if (layout.inner == Inner::lag) candidates.push_back({layout.num_bodies + 1, "(" + layout.lagging + " - z)"});
+  if (layout.inner != Inner::hysteresis) return candidates;
   const std::string x = layout.position(1), v = layout.speed(1),
                     abs_v = v.front() == '(' ? "abs" + v : "abs(" + v + ")";
   for (const std::string& name :
@@ -91,7 +97,7 @@ state_space::Equations equations_of(const BodiesLayout& layout, const std::vecto
   }
   if (layout.inner != Inner::none) {
     equations.states.emplace_back("z");
-    if (std::find(terms.begin(), terms.end(), inner_force()) == terms.end())
+    if (layout.inner == Inner::hysteresis && std::find(terms.begin(), terms.end(), inner_force()) == terms.end())
       equations.terms.push_back({.text = inner_force().name, .state = 1, .known = -1.0});
   }
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -109,8 +115,10 @@ std::string unit_of(const BodyTerm& term, const BodiesLayout& layout, const std:
   };
   for (int body = 1; body <= layout.num_bodies; ++body)
     add(layout.named('x', body), length), add(layout.named('v', body), length + "/s");
-  add("z", length + "/s^2"), add("r", length), add("dr", length + "/s"), add("ddr", length + "/s^2"), add("f", "N"),
-      add("t", "s");
+  add("r", length), add("dr", length + "/s"), add("ddr", length + "/s^2"), add("f", "N"), add("t", "s");
+  const dsp::Signal* lagging = signals.find(layout.lagging);
+  if (layout.inner == Inner::hysteresis) add("z", length + "/s^2");
+  if (lagging != nullptr) add("z", std::string(lagging->unit));
   const Expression expression(term.name);
   const std::vector<std::string>& used = expression.signals();
   if (std::any_of(used.begin(), used.end(), [&](const std::string& name) { return signals.find(name) == nullptr; }))

@@ -16,7 +16,9 @@ enum class Frame {
 /// A state that nothing records.
 enum class Inner {
   none,
-  hysteresis  ///< of one body: a force per mass z with a memory; it stands in the equation as -z, which fixes its scale
+  hysteresis,  ///< of one body: a force per mass z with a memory; it stands in the equation as -z, which fixes its
+               ///< scale
+  lag          ///< of one body: z follows an input, z' = (input - z) / lag, and acts in its place
 };
 
 /// Displacements x1 ... xn in a row, body i beside i - 1 and i + 1, and what acts on them from outside. One body alone
@@ -26,14 +28,14 @@ struct BodiesLayout {
   Frame frame = Frame::ground;
   std::vector<std::string> inputs = {};  ///< "f", "r", "dr", "ddr", by any other name too
   Inner inner = Inner::none;
+  std::string lagging = {};  ///< the input that z follows
   /// x and v of each body, then z.
   [[nodiscard]] int num_states() const { return 2 * num_bodies + (inner == Inner::none ? 0 : 1); }
   /// "x1", "v1" of a body, and what its equation is for, "a1"; of the equation behind that of the last body "dz".
   [[nodiscard]] std::string named(char letter, int body) const;
   [[nodiscard]] std::string target(int equation) const;
-  [[nodiscard]] std::string target_unit(int equation, const std::string& length) const {
-    return length + (equation > num_bodies ? "/s^3" : "/s^2");
-  }
+  /// Empty: not known, as of a force that is not called f.
+  [[nodiscard]] std::string target_unit(int equation, const std::string& length) const;
   [[nodiscard]] int num_equations() const { return num_bodies + (inner == Inner::none ? 0 : 1); }
   /// Own motion of a body as a term: "x1", "(x1 - r)"; its rate "v1", "(v1 - dr)".
   [[nodiscard]] std::string position(int body) const;
@@ -49,7 +51,7 @@ struct BodyTerm {
   std::string name;
   [[nodiscard]] bool operator==(const BodyTerm& other) const = default;
 };
-/// How z stands in the equation of its body, by a coefficient of -1.
+/// How a hysteretic z stands in the equation of its body, by a coefficient of -1.
 [[nodiscard]] BodyTerm inner_force();
 
 struct BodyLibrary {
@@ -62,7 +64,8 @@ struct BodyLibrary {
 /// For each body: 1 and products of own position and speed up to the order, sgn of the speed; for each neighbour powers
 /// of the stretch, its rate and the sgn of that, all written upwards in both equations; every input but r and dr, which
 /// act through the first two. For z the products of [Wen76] with exponents 1 and 2, that of [Val71] with x,
-/// and z itself, by which it creeps back.
+/// and z itself, by which it creeps back. With a lag z stands in the place of the input that it follows, alone and not
+/// in products, and has one term: what it is behind.
 [[nodiscard]] std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrary& library);
 
 /// x1' = v1, v1' = terms of body 1, ...; states x1, v1, x2, v2 ... z. With `known` coefficients, or all sought but that
@@ -71,7 +74,7 @@ struct BodyLibrary {
                                                   const std::vector<double>& known = {});
 
 /// Unit of a term's coefficient in an equation for an acceleration or the rate of one, lengths in `length` ("m",
-/// "rad"), f in N, other inputs not known; empty where it does not follow.
+/// "rad"), f in N, other forces not known; empty where it does not follow.
 [[nodiscard]] std::string unit_of(const BodyTerm& term, const BodiesLayout& layout, const std::string& length);
 
 }  // namespace ident

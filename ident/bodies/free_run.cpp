@@ -15,27 +15,40 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
 
+namespace {
+
+/// Steps a sample, of fifth order: two follow motions below a tenth of the rate to 1e-7 of a step; each is no longer
+/// than a lag, twice which still is stable.
+int parts_of(const BodiesModel& model, double sample_rate_hz) {
+  constexpr double least = 2.0, most = 1000.0;
+  if (model.layout.inner != Inner::lag) return static_cast<int>(least);
+  return static_cast<int>(std::clamp(std::ceil(model.mean(model.mean.size() - 1) / sample_rate_hz), least, most));
+}
+
+}  // namespace
+
 MatrixXd run_free(const BodiesModel& model, const MatrixXd& inputs, double sample_rate_hz,
                   const std::vector<double>& state, double scale) {
-  constexpr double runs_away = 1e6;
-  constexpr int parts = 2;  // of fifth order: motions below a tenth of the rate are followed to 1e-7 of a step
+  constexpr double far_away = 1e6;
   const std::vector<double> known(model.mean.begin(), model.mean.end());
   const state_space::Problem problem{
       .equations = equations_of(model.layout, model.terms, known), .channels = {}, .records = {}};
   const state_space::Model compiled(problem);
   const state_space::Inputs between(inputs, inputs.rows(), sample_rate_hz);
-  state_space::Stepper stepper(compiled, {}, 1.0 / sample_rate_hz, parts);
+  state_space::Stepper stepper(compiled, {}, 1.0 / sample_rate_hz, parts_of(model, sample_rate_hz));
   MatrixXd positions = MatrixXd::Constant(inputs.rows(), model.layout.num_bodies, dsp::nan);
   std::vector<double> now = state, next(state.size());
+  const auto runs_away = [&] {
+    for (Index body = 0; body < positions.cols(); ++body)
+      if (std::abs(now[static_cast<size_t>(2 * body)]) > far_away * scale) return true;
+    return false;
+  };
   for (Index k = 0; k < inputs.rows(); ++k) {
     for (Index body = 0; body < positions.cols(); ++body) positions(k, body) = now[static_cast<size_t>(2 * body)];
     if (k + 1 == inputs.rows()) break;
     stepper.take(between, k, 1, now.data(), {}, {{next.data(), nullptr, nullptr}});
     std::swap(now, next);
-    if (!std::all_of(now.begin(), now.end(), [](double value) { return std::isfinite(value); }) ||
-        std::abs(*std::max_element(now.begin(), now.end(),
-                                   [](double a, double b) { return std::abs(a) < std::abs(b); })) > runs_away * scale)
-      break;
+    if (!std::all_of(now.begin(), now.end(), [](double value) { return std::isfinite(value); }) || runs_away()) break;
   }
   return positions;
 }
@@ -43,12 +56,14 @@ MatrixXd run_free(const BodiesModel& model, const MatrixXd& inputs, double sampl
 RunErrors errors_of_run(const BodiesRecord& record, const MatrixXd& positions, Index first, Index from) {
   std::vector<Index> rows;
   for (const dsp::IndexRange& one : record.usable)
-    for (Index k = std::max(one.first, from); k < one.last; ++k) rows.push_back(k - first);
-  RunErrors errors{VectorXd::Constant(positions.cols(), dsp::nan), VectorXd::Constant(positions.cols(), dsp::nan)};
+    for (Index k = std::max(one.first, from); k < std::min(one.last, first + positions.rows()); ++k)
+      rows.push_back(k - first);
+  RunErrors errors{static_cast<double>(rows.size()), VectorXd::Constant(positions.cols(), dsp::nan),
+                   VectorXd::Constant(positions.cols(), dsp::nan)};
   for (Index body = 0; body < record.num_bodies && !rows.empty(); ++body) {
     const VectorXd recorded = record.samples.col(body).tail(record.samples.rows() - first)(rows);
     errors.nmse(body) = nmse_centred(positions.col(body)(rows), recorded);
-    errors.variance(body) = (recorded.array() - recorded.mean()).square().mean();
+    errors.squares(body) = (recorded.array() - recorded.mean()).square().sum();
   }
   return errors;
 }
@@ -56,8 +71,9 @@ RunErrors errors_of_run(const BodiesRecord& record, const MatrixXd& positions, I
 std::optional<std::vector<double>> first_state(const BodiesModel& model, const BodiesRecord& record,
                                                dsp::IndexRange over, int num_threads) {
   const std::vector<double> known(model.mean.begin(), model.mean.end());
-  const BodiesStatement statement = statement_of(record, model.layout, model.terms, known, over, 1);
+  BodiesStatement statement = statement_of(record, model.layout, model.terms, known, {over}, 1);
   if (statement.problem.records.empty()) return std::nullopt;
+  statement.problem.steps = parts_of(model, record.sample_rate_hz) / 2;
   const state_space::Fit fit = state_space::fit(statement.problem, {.num_threads = num_threads});
   const auto& states = fit.point.states.front();
   const auto n = static_cast<std::ptrdiff_t>(model.layout.num_states());

@@ -134,6 +134,95 @@ void require_one_displacement(const std::string& name, const std::vector<dsp::Ch
                                names.size(), fmt::join(names, ", ")));
 }
 
+/// What makes two recordings ones of the same system.
+void require_same(const BodiesRecord& first, const BodiesRecord& other) {
+  const auto differ = [&](const std::string& what) {
+    return question("bodies.recordings", other.name,
+                    fmt::format("{} than in {}. Several recordings of one system have the same channels; run this one "
+                                "alone",
+                                what, first.name));
+  };
+  if (other.num_bodies != first.num_bodies) throw differ(fmt::format("{} bodies, which is other", other.num_bodies));
+  if (other.inputs != first.inputs)
+    throw differ(fmt::format("the inputs {}, which are others, or in another order",
+                             other.inputs.empty() ? "none" : fmt::format("{}", fmt::join(other.inputs, ", "))));
+  constexpr double same = 1e-6;  // of clocks that were read from columns of times
+  if (!(std::abs(other.sample_rate_hz - first.sample_rate_hz) <= same * first.sample_rate_hz))
+    throw question("bodies.recordings", other.name,
+                   fmt::format("{:.9g} Hz, {} has {:.9g}. Recordings of one equation have one rate: if it is one, give "
+                               "both the same `rate` in their sidecars; else run this one alone",
+                               other.sample_rate_hz, first.name, first.sample_rate_hz));
+  if (other.length != first.length)
+    throw differ(fmt::format("displacements in '{}', which is another unit", other.length));
+  const auto is_same = [](const dsp::Channel& a, const dsp::Channel& b) {
+    return a.role == b.role && a.body == b.body && a.delay_s == b.delay_s && a.highpass_hz == b.highpass_hz &&
+           a.sensitivity_uncertainty == b.sensitivity_uncertainty;
+  };
+  if (!std::equal(first.channels.begin(), first.channels.end(), other.channels.begin(), other.channels.end(),
+                  is_same) ||
+      first.frame != other.frame)
+    throw differ("a channel with another role, body, delay, coupling or uncertainty of its sensitivity");
+}
+
+/// Subtracts one zero from parts of a signal from which others were, and says which.
+double one_zero(Eigen::Ref<VectorXd> signal, const std::vector<BodiesPart>& parts, const VectorXd& zeros) {
+  for (size_t i = 0; i < parts.size(); ++i)
+    signal.segment(parts[i].rows.first, parts[i].rows.last - parts[i].rows.first).array() +=
+        zeros(static_cast<Index>(i));
+  const double zero = zero_of(signal);
+  signal.array() -= zero;
+  return zero;
+}
+
+/// Where motions far from zero do not overlap a sensor was moved in between.
+void require_one_zero(const BodiesRecord& whole, Index channel) {
+  std::vector<double> means, stds;
+  for (const BodiesPart& part : whole.parts) {
+    const auto x = whole.samples.col(channel).segment(part.rows.first, part.rows.last - part.rows.first);
+    means.push_back(x.mean()), stds.push_back(std::sqrt((x.array() - means.back()).square().mean()));
+    means.back() += part.zeros(channel);
+  }
+  for (size_t i = 1; i < means.size(); ++i)
+    if (const bool is_far = whole.parts[i].zeros(channel) != 0.0 || whole.parts[0].zeros(channel) != 0.0;
+        is_far && std::abs(means[i] - means[0]) > stds[i] + stds[0])
+      throw question("bodies.recordings", whole.parts[i].name,
+                     fmt::format("'{}' moves about {:.4g} {}, in {} about {:.4g}: recordings of one equation have one "
+                                 "zero. If the sensor was moved in between, subtract the difference in the file; else "
+                                 "run this one alone",
+                                 whole.channels[static_cast<size_t>(channel)].name, means[i], whole.length,
+                                 whole.parts[0].name, means[0]));
+}
+
+void take_one_zero(BodiesRecord& whole) {
+  VectorXd zeros(std::ssize(whole.parts));
+  for (Index j = 0; j < whole.num_bodies; ++j) {
+    require_one_zero(whole, j);
+    for (Index i = 0; i < zeros.size(); ++i) zeros(i) = whole.parts[static_cast<size_t>(i)].zeros(j);
+    const double zero = one_zero(whole.samples.col(j), whole.parts, zeros);
+    for (BodiesPart& part : whole.parts) part.zeros(j) = zero;
+  }
+  const auto of_r = std::find(whole.inputs.begin(), whole.inputs.end(), "r");
+  if (of_r == whole.inputs.end()) return;
+  for (Index i = 0; i < zeros.size(); ++i) zeros(i) = whole.parts[static_cast<size_t>(i)].zero_of_r;
+  const double zero = one_zero(whole.input_samples.col(of_r - whole.inputs.begin()), whole.parts, zeros);
+  for (BodiesPart& part : whole.parts) part.zero_of_r = zero;
+}
+
+/// One part of a record as a record.
+BodiesRecord alone(const BodiesRecord& whole, const BodiesPart& part) {
+  BodiesRecord one = whole;
+  const Index n = part.rows.last - part.rows.first;
+  one.samples = whole.samples.middleRows(part.rows.first, n);
+  one.input_samples = whole.input_samples.middleRows(part.rows.first, n);
+  one.name = part.name;
+  one.parts = {{part.name, {0, n}, part.zeros, part.zero_of_r}};
+  one.usable.clear();
+  for (const dsp::IndexRange& usable : whole.usable)
+    if (usable.first >= part.rows.first && usable.last <= part.rows.last)
+      one.usable.push_back({usable.first - part.rows.first, usable.last - part.rows.first});
+  return one;
+}
+
 std::vector<dsp::Channel> with_one_body(std::vector<dsp::Channel> channels) {
   for (dsp::Channel& channel : channels) {
     const dsp::Body whose = dsp::info_of(channel.role).body;
@@ -184,7 +273,7 @@ BodiesRecord bodies_record(const dsp::Recording& recording, bool one_body) {
   }
   record.samples = recording.samples(Eigen::indexing::all, columns);
   record.input_samples = recording.samples(Eigen::indexing::all, of_inputs);
-  record.zeros = VectorXd::Zero(std::ssize(columns));
+  VectorXd zeros = VectorXd::Zero(std::ssize(columns));
   for (const Index j : columns) record.channels.push_back(channels[static_cast<size_t>(j)]);
   if (!record.channels.empty()) record.length = record.channels.front().unit;
   for (Index j = 0; j < record.num_bodies; ++j) {
@@ -192,18 +281,55 @@ BodiesRecord bodies_record(const dsp::Recording& recording, bool one_body) {
       throw question("bodies.unit", recording.name,
                      fmt::format("displacement of body 1 is in '{}', of body {} in '{}'. Want one unit for all",
                                  record.length, j + 1, record.channels[static_cast<size_t>(j)].unit));
-    record.zeros(j) = zero_of(record.samples.col(j));
-    record.samples.col(j).array() -= record.zeros(j);
+    zeros(j) = zero_of(record.samples.col(j));
+    record.samples.col(j).array() -= zeros(j);
   }
+  record.parts = {{recording.name, {0, record.samples.rows()}, std::move(zeros)}};
   for (Index j = 0; j < record.input_samples.cols(); ++j)
-    if (record.inputs[static_cast<size_t>(j)] == "r")
-      record.input_samples.col(j).array() -= zero_of(record.input_samples.col(j));
+    if (record.inputs[static_cast<size_t>(j)] == "r") {
+      record.parts.front().zero_of_r = zero_of(record.input_samples.col(j));
+      record.input_samples.col(j).array() -= record.parts.front().zero_of_r;
+    }
   record.usable = usable_of(recording);
   record.frame = frame_of(record);
   return record;
 }
 
+BodiesRecord joined(const std::vector<BodiesRecord>& records) {
+  const BodiesRecord& first = records.front();
+  BodiesRecord whole = first;
+  Index rows = 0;
+  for (const BodiesRecord& one : records) {
+    require_same(first, one);
+    rows += one.samples.rows();
+  }
+  whole.samples.resize(rows, first.samples.cols()), whole.input_samples.resize(rows, first.input_samples.cols());
+  whole.parts.clear(), whole.usable.clear();
+  if (records.size() > 1) whole.name = fmt::format("{} and {} more", first.name, records.size() - 1);
+  Index begin = 0;
+  for (const BodiesRecord& one : records) {
+    const Index n = one.samples.rows();
+    whole.samples.middleRows(begin, n) = one.samples, whole.input_samples.middleRows(begin, n) = one.input_samples;
+    for (BodiesPart part : one.parts) {
+      part.rows = {part.rows.first + begin, part.rows.last + begin};
+      whole.parts.push_back(std::move(part));
+    }
+    for (const dsp::IndexRange& usable : one.usable)
+      whole.usable.push_back({usable.first + begin, usable.last + begin});
+    for (size_t j = 0; j < whole.input_noise_std.size(); ++j)
+      whole.input_noise_std[j] = std::max(whole.input_noise_std[j], one.input_noise_std[j]);
+    begin += n;
+  }
+  if (records.size() > 1) take_one_zero(whole);
+  return whole;
+}
+
 BodiesRecord in_frame(BodiesRecord record, Frame frame) {
+  if (record.parts.size() > 1) {
+    std::vector<BodiesRecord> framed;
+    for (const BodiesPart& part : record.parts) framed.push_back(in_frame(alone(record, part), frame));
+    return joined(framed);
+  }
   record.frame = frame;
   std::vector<std::string> inputs;
   std::vector<VectorXd> signals;

@@ -16,12 +16,13 @@ using std::size_t;
 
 constexpr Index most_samples = 10'000;  // of all pieces together, as for one body
 
-std::vector<Piece> pieces_in(const BodiesRecord& record, dsp::IndexRange over) {
+std::vector<Piece> pieces_in(const BodiesRecord& record, const std::vector<dsp::IndexRange>& over) {
   std::vector<Piece> pieces;
-  for (const dsp::IndexRange& one : record.usable) {
-    const Piece piece{0, std::max(one.first, over.first), std::min(one.last, over.last)};
-    if (piece.size() >= least_samples) pieces.push_back(piece);
-  }
+  for (size_t i = 0; i < over.size(); ++i)
+    for (const dsp::IndexRange& one : record.usable) {
+      const Piece piece{i, std::max(one.first, over[i].first), std::min(one.last, over[i].last)};
+      if (piece.size() >= least_samples) pieces.push_back(piece);
+    }
   return pieces;
 }
 
@@ -45,12 +46,16 @@ void take_pieces(state_space::Problem& problem, const BodiesRecord& record, cons
   for (const Piece& piece : pieces)
     problem.records.push_back({record.samples.middleRows(piece.first, piece.size()),
                                record.input_samples.middleRows(piece.first, piece.size())});
+  std::vector<size_t> recordings;
+  for (const Piece& piece : pieces) recordings.push_back(piece.recording);
+  state_space::tell_noise_apart(problem, recordings);
 }
 
 }  // namespace
 
 BodiesStatement statement_of(const BodiesRecord& record, const BodiesLayout& layout, const std::vector<BodyTerm>& terms,
-                             const std::vector<double>& known, dsp::IndexRange over, Index thinned_by) {
+                             const std::vector<double>& known, const std::vector<dsp::IndexRange>& over,
+                             Index thinned_by) {
   BodiesStatement result;
   state_space::Problem& problem = result.problem;
   problem.equations = equations_of(layout, terms, known);
@@ -61,18 +66,20 @@ BodiesStatement statement_of(const BodiesRecord& record, const BodiesLayout& lay
   const std::vector<Piece> pieces = pieces_in(record, over);
   const std::vector<Piece> fewer = shortened(pieces, most_samples);
   take_pieces(problem, record, fewer);
-  result.last_sample = fewer.empty() ? over.first : fewer.back().last - 1;
   if (fewer.empty()) return result;
   const Index factor = thinned_by > 0 ? thinned_by : state_space::thinning(problem);
-  if (factor == 1) return result;
-  const std::vector<Piece> more = shortened(pieces, factor * most_samples);
-  take_pieces(problem, record, more);
-  problem = state_space::thinned(std::move(problem), factor);
-  constexpr Index of_ends = 8, least_thin = 32;  // samples that are left out at either end; pieces below are, whole
-  for (const Piece& piece : more)
-    if ((piece.size() - 1) / factor + 1 >= least_thin)
-      result.last_sample = piece.first + ((piece.size() - 1) / factor - of_ends) * factor;
-  result.thinned_by = static_cast<double>(factor);
+  if (factor == 1) {
+    for (const Piece& piece : fewer) result.origins.push_back({piece.recording, piece.last - 1});
+  } else {
+    const std::vector<Piece> more = shortened(pieces, factor * most_samples);
+    take_pieces(problem, record, more);
+    problem = state_space::thinned(std::move(problem), factor);
+    constexpr Index of_ends = 8, least_thin = 32;  // samples that are left out at either end; pieces below are, whole
+    for (const Piece& piece : more)
+      if ((piece.size() - 1) / factor + 1 >= least_thin)
+        result.origins.push_back({piece.recording, piece.first + ((piece.size() - 1) / factor - of_ends) * factor});
+    result.thinned_by = static_cast<double>(factor);
+  }
   return result;
 }
 

@@ -14,13 +14,19 @@ inline constexpr Eigen::Index least_samples = 32;  ///< of a piece: less says no
 /// The likelihood of samples of a record of bodies, stated.
 struct BodiesStatement {
   state_space::Problem problem;
-  double thinned_by = 1.0;       ///< recorded samples a sample
-  Eigen::Index last_sample = 0;  ///< of the record, that of the last sample of the last piece
+  double thinned_by = 1.0;  ///< recorded samples a sample
+  /// Of each record of the problem: in which range it lies, and the sample of the record that its last one is.
+  struct Origin {
+    std::size_t range;
+    Eigen::Index last_sample;
+  };
+  std::vector<Origin> origins = {};
 };
 
-/// Of the usable samples among these. `thinned_by`: as often as another statement of the same samples; 0: as may be.
+/// Of the usable samples in these ranges, each of one part. `thinned_by`: as often as another statement of the same
+/// samples; 0: as may be.
 [[nodiscard]] BodiesStatement statement_of(const BodiesRecord& record, const BodiesLayout& layout,
                                            const std::vector<BodyTerm>& terms, const std::vector<double>& known,
-                                           dsp::IndexRange over, Eigen::Index thinned_by);
+                                           const std::vector<dsp::IndexRange>& over, Eigen::Index thinned_by);
 
 }  // namespace ident

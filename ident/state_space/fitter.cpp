@@ -9,15 +9,8 @@
 #include "ident/state_space/scatter.hpp"
 
 namespace ident::state_space {
-namespace {
 
 using std::size_t;
-
-size_t as_size(int n) {
-  return static_cast<size_t>(n);
-}
-
-}  // namespace
 
 Fitter::Fitter(const Problem& problem, int num_threads)
     : start_(start_of(Linearisation(problem))),
@@ -28,6 +21,10 @@ Fitter::Fitter(const Problem& problem, int num_threads)
       num_given_channels_(problem.channels.size()) {
   for (const int speed : speeds_of(problem.equations))
     if (speed >= 0) speeds_.push_back(speed);
+  for (const Term& term : problem.equations.terms)
+    for (const std::string& input : problem.equations.inputs)
+      if (term.text == "(" + input + " - " + problem.equations.states[as_size(term.state)] + ")")
+        followers_.push_back(term.state);
   all_parameters_.resize(as_size(layout().num_coefficients));
   std::iota(all_parameters_.begin(), all_parameters_.end(), 0);
   if (!inner_forces(problem.equations).empty()) least_damping_ = 0.03;
@@ -55,12 +52,14 @@ void Fitter::seek(std::vector<int> coefficients) {
     if (i >= layout().num_coefficients) parameters_.push_back(i);
 }
 
-void Fitter::begin(const std::vector<double>& coefficients) {
+void Fitter::begin(const FitOptions& options) {
+  const std::vector<double>& coefficients = options.coefficients;
   if (!coefficients.empty() && coefficients.size() != as_size(layout().num_coefficients))
     throw std::invalid_argument("state_space: another number of coefficients");
   for (size_t i = 0; i < coefficients.size(); ++i)
     if (std::binary_search(parameters_.begin(), parameters_.end(), static_cast<int>(i)))
       point_.parameters[i] = coefficients[i];
+  take_last_state(options.last_state);
   point_.states = start_.states;
   if (!coefficients.empty()) return;
   regress();
@@ -78,6 +77,19 @@ void Fitter::begin(const std::vector<double>& coefficients) {
             problem_.problem().sample_rate_hz / force.coefficient;
     }
   regress();
+}
+
+void Fitter::take_last_state(const std::vector<Eigen::VectorXd>& values) {
+  if (values.empty()) return;
+  const size_t ns = start_.scales.size(), last = problem_.problem().equations.states.size() - 1;
+  double square = 0.0, count = 0.0;
+  for (size_t r = 0; r < values.size(); ++r) {
+    if (values.size() != start_.states.size() || as_size(values[r].size()) * ns != start_.states[r].size())
+      throw std::invalid_argument("state_space: another number of values of the last state");
+    for (Eigen::Index k = 0; k < values[r].size(); ++k) start_.states[r][as_size(k) * ns + last] = values[r](k);
+    square += values[r].squaredNorm(), count += static_cast<double>(values[r].size());
+  }
+  if (square > 0.0) start_.scales[last] = std::sqrt(square / count);
 }
 
 /// Parameters by least squares on steps and outputs of the states as they are.
@@ -313,7 +325,7 @@ Fit fit(const Problem& problem, const FitOptions& options) {
     std::iota(terms.begin(), terms.end(), 0);
   }
   fitter.seek(terms);
-  fitter.begin(options.coefficients);
+  fitter.begin(options);
   fitter.settle();
   return fitter.result();
 }

@@ -14,7 +14,7 @@ class Fitter {
 
   /// Seeks these coefficients, and every parameter of outputs that has a prior; other coefficients become zero.
   void seek(std::vector<int> coefficients);
-  void begin(const std::vector<double>& coefficients);
+  void begin(const FitOptions& options);
 
   /// Gauss-Newton steps on states and parameters, shortened or damped until the cost falls, until one more would lower
   /// it by less than `tolerance`. Whether it came to that.
@@ -113,19 +113,21 @@ class Fitter {
   [[nodiscard]] bool at_floor(const std::vector<double>& residual_std) const;
   [[nodiscard]] std::vector<double> residual_stds() const;  ///< of the channels given
   void soften(double factor);
-  /// What noise of inputs does to a speed over a sample, at the coefficients as they are: process noise is no less.
-  [[nodiscard]] double process_floor(int speed) const;
+  /// What noise of inputs does to a state over a sample, at the coefficients as they are: process noise is no less.
+  [[nodiscard]] double process_floor(int state) const;
   [[nodiscard]] bool raise_to_floor();
   [[nodiscard]] Hard hard_end(bool reached) const;
   void compare_with(const Hard& hard, bool stands, bool follows);
   void regress();
+  void take_last_state(const std::vector<Eigen::VectorXd>& values);
   /// -2 log likelihood; where the log-determinant is followed, of the parameters as they are.
   [[nodiscard]] double J_of(const Smoothed& smoothed) const;
 
   Start start_;  ///< of the channels alone; what fixes an origin comes to them in the problem
   Linearisation problem_;
   std::vector<double> floors_;
-  std::vector<int> speeds_, parameters_, all_parameters_;
+  std::vector<int> speeds_, followers_,  ///< of an input, by a lag
+      parameters_, all_parameters_;
   int num_threads_, parts_, num_linearised_ = 0;
   std::size_t num_given_channels_;
   Point point_;

@@ -13,29 +13,34 @@ using std::size_t;
 void Fitter::soften(double factor) {
   noise_.process = start_.scales;
   for (double& std : noise_.process) std *= factor;
+  for (const int state : followers_)
+    noise_.process[as_size(state)] = std::max(noise_.process[as_size(state)], process_floor(state));
 }
 
-double Fitter::process_floor(int speed) const {
+double Fitter::process_floor(int state) const {
   const Problem& problem = problem_.problem();
   double square = 0.0;
   int coefficient = 0;
   for (const Term& term : problem.equations.terms) {
     const double value = term.known ? *term.known : point_.parameters[as_size(coefficient++)];
-    if (term.state != speed) continue;
+    if (term.state != state) continue;
+    const std::string& own = problem.equations.states[as_size(state)];
     for (size_t i = 0; i < problem.input_noise_std.size(); ++i)
-      if (term.text == problem.equations.inputs[i])
+      if (const std::string& input = problem.equations.inputs[i];
+          term.text == input || term.text == "(" + input + " - " + own + ")")
         square += std::pow(value * problem.input_noise_std[i] / problem.sample_rate_hz, 2);
   }
-  return std::max(std::sqrt(square), hardest * start_.scales[as_size(speed)]);
+  return std::max(std::sqrt(square), hardest * start_.scales[as_size(state)]);
 }
 
 bool Fitter::raise_to_floor() {
   bool raised = false;
-  for (const int speed : speeds_) {
-    double& std = noise_.process[as_size(speed)];
-    if (std >= process_floor(speed)) continue;
-    std = process_floor(speed), raised = true;
-  }
+  for (const std::vector<int>* states : {&speeds_, &followers_})
+    for (const int state : *states) {
+      double& std = noise_.process[as_size(state)];
+      if (std >= process_floor(state)) continue;
+      std = process_floor(state), raised = true;
+    }
   return !raised || iterate(15, of_rest);
 }
 

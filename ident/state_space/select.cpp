@@ -225,7 +225,7 @@ Selection select_with(Fitter& fitter, const Problem& problem, const SelectOption
   Terms terms = options.fit.terms.empty() ? allowed : options.fit.terms;
   std::sort(terms.begin(), terms.end());
   fitter.seek(terms);
-  fitter.begin(options.fit.coefficients);
+  fitter.begin(options.fit);
   fitter.settle();
 
   Selection selection{.price = std::log(num_recorded(problem)) + 2.0 * std::log(static_cast<double>(allowed.size()))};

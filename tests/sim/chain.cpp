@@ -111,3 +111,17 @@ TEST_CASE("a chain is refused that is none", "[sim][chain]") {
   CHECK(made.links[1].cubic == 5.0);
   CHECK(made.links[2].cubic == 7.0);
 }
+
+TEST_CASE("a lagged drive is what the law of an actuator makes of a sine", "[sim][chain]") {
+  constexpr double omega = 9.0, lag_s = 0.07;
+  const sim::Drive sine{[](double t) { return std::sin(omega * t); }, {}, {}};
+  const sim::Drive late = sim::lagged(sine, lag_s, 5.0);
+  // From rest: the sine of steady state, and what starts it dies off.
+  const double u = omega * lag_s;
+  for (const double t : {0.0, 0.011, 0.4, 1.23456, 4.99}) {
+    const double exact = (std::sin(omega * t) - u * std::cos(omega * t) + u * std::exp(-t / lag_s)) / (1.0 + u * u);
+    // A straight line over a step h is off by (omega h)^2 / 8; a cubic at the very start has a kink to follow.
+    CHECK(std::abs(late.value(t) - exact) < 5e-6);
+  }
+  CHECK_THROWS_AS(sim::lagged(sine, 0.0, 5.0), std::invalid_argument);
+}

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/paper/comparison.hpp"
+#include "apps/paper/inner_state.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
 
@@ -146,6 +147,32 @@ TEST_CASE("the two-state equivalent of Bouc-Wen diverges at 0.75 and says so", "
     }
   }
   CHECK(diverged == 6);  // two signals, three methods
+}
+
+TEST_CASE("where a state was not measured the system itself is found from the others", "[apps][replicate]") {
+  auto replication = apps::replicate_case(*apps::find_section4_case("bouc-wen-2"), {.first_seed = 80101});
+  apps::replicate_inner_state(replication, {.first_seed = 80101});
+  REQUIRE(replication.document.contains("inner_fit"));
+  const auto& fit = replication.document["inner_fit"].front();
+  INFO(fit.dump());
+  CHECK(fit["support_exact"] == true);
+  int covered = 0;
+  const auto& terms = replication.document["inner_terms"];
+  for (const auto& term : terms) {
+    INFO(term.dump());
+    const double error = std::abs(value(term, "mean") - value(term, "true"));
+    covered += error < 1.96 * value(term, "std") ? 1 : 0;
+    CHECK(error < 4.0 * value(term, "std"));
+  }
+  CHECK(covered >= static_cast<int>(terms.size()) - 1);
+  REQUIRE(replication.document["inner_runs"].size() == 3);
+  for (const auto& run : replication.document["inner_runs"]) {
+    INFO(run.dump());
+    CHECK(value(run, "nmse") < 1e-3);
+  }
+  auto measured = apps::replicate_case(*apps::find_section4_case("bouc-wen"), {.first_seed = 80101});
+  apps::replicate_inner_state(measured, {.first_seed = 80101});
+  CHECK_FALSE(measured.document.contains("inner_fit"));
 }
 
 TEST_CASE("free runs of exact equations stay close to the truth at ratios held out", "[apps][replicate]") {

@@ -88,13 +88,76 @@ TEST_CASE("three masses driven by their base are found, and that their displacem
   of.add(result, draw.truth);
   CHECK(of.exact == 1);
   CHECK(result.verdict == ident::Verdict::describes);
-  REQUIRE(result.run.nmse.size() == 3);
+  REQUIRE(result.run_nmse.size() == 3);
   // Noise of 1 % is 1e-4 of the power; a free run without an error of its own adds nothing to it.
-  CHECK((result.run.nmse - result.run.noise).maxCoeff() < 1e-3);
+  CHECK((result.run_nmse - result.run_noise).maxCoeff() < 1e-3);
   REQUIRE(result.couplings.size() == 2);
   CHECK(result.couplings[0].holds());
   CHECK(std::abs(result.couplings[0].mass_ratio - 0.7) < 4.0 * result.couplings[0].mass_ratio_std);
   CHECK(std::abs(result.couplings[1].mass_ratio - 1.3 / 0.7) < 4.0 * result.couplings[1].mass_ratio_std);
+}
+
+TEST_CASE("several recordings of a chain have one set of equations, and each a free run of its own",
+          "[ident][bodies]") {
+  // Each alone is fitted to 9 s; noise of the second is twice that of the first.
+  const Draw first = draw_of(two, 0.02, seed + 200, 15.0), second = draw_of(two, 0.04, seed + 201, 15.0);
+  const ident::BodiesRecord both = ident::joined({first.record, second.record});
+  REQUIRE(both.parts.size() == 2);
+  const ident::BodiesResult alone = ident::identify_bodies(first.record, {.num_threads = 2}),
+                            together = ident::identify_bodies(both, {.num_threads = 2});
+  BodiesTally of;
+  of.add(together, first.truth);
+  CHECK(of.exact == 1);
+  CHECK(of.covered >= of.of - 2);  // of ten or so at 95 %: three outside in one of 60
+  REQUIRE(together.runs.size() == 2);
+  for (const ident::BodiesRun& run : together.runs) {
+    CHECK(run.samples.first == together.train[run.part].last);
+    CHECK(run.samples.last == both.parts[run.part].rows.last);
+    CHECK(run.errors.nmse.maxCoeff() < 0.01);
+  }
+  // Information adds up: with the second, a coefficient is never less certain.
+  std::size_t shared = 0;
+  for (std::size_t i = 0; i < alone.model.terms.size(); ++i)
+    for (std::size_t j = 0; j < together.model.terms.size(); ++j)
+      if (alone.model.terms[i] == together.model.terms[j] && ++shared > 0)
+        CHECK(together.model.std(static_cast<Eigen::Index>(j)) < alone.model.std(static_cast<Eigen::Index>(i)));
+  CHECK(shared >= 5);  // of ten or so
+}
+
+TEST_CASE("of several recordings the ones that cannot be fitted are named", "[ident][bodies]") {
+  const Draw first = draw_of(two, 0.02, seed + 200, 15.0);
+  ident::BodiesRecord brief = draw_of(two, 0.02, seed + 201, 15.0).record;
+  brief.usable = {{0, 40}};  // of which 24 are to be fitted
+  brief.parts.front().name = "brief";
+  CHECK_THROWS_WITH(ident::identify_bodies(ident::joined({first.record, brief}), {}), Catch::Contains("brief"));
+  ident::BodiesRecord elsewhere = first.record;
+  elsewhere.parts.front().zeros(1) = 1.0;
+  CHECK_THROWS_WITH(ident::joined({first.record, elsewhere}), Catch::Contains("one zero"));
+}
+
+TEST_CASE("base and bodies of several recordings keep their distance", "[ident][bodies]") {
+  // A base and bodies that stand 0.2 m from their sensors; in the second recording all are 5 mm higher.
+  const ident::BodiesRecord at_rest = draw_of(three, 0.01, seed + 202, 8.0).record;
+  const auto raised = [&](double height_m) {
+    ident::BodiesRecord record = at_rest;
+    record.parts.front().zeros.setConstant(height_m), record.parts.front().zero_of_r = height_m;
+    return record;
+  };
+  const ident::BodiesRecord both = ident::joined({raised(0.2), raised(0.205)});
+  const Eigen::Index n = at_rest.samples.rows();
+  const Eigen::VectorXd distance = both.samples.col(0) - both.input_samples.col(0),
+                        expected = at_rest.samples.col(0) - at_rest.input_samples.col(0);
+  const double shift = distance(0) - expected(0);  // of all alike
+  CHECK((distance.head(n) - expected).array().isApproxToConstant(shift, 1e-9));
+  CHECK((distance.tail(n) - expected).array().isApproxToConstant(shift, 1e-9));
+}
+
+TEST_CASE("recordings of other channels are not joined", "[ident][bodies]") {
+  const Draw one = draw_of(two, 0.02, seed + 200, 5.0), three_bodies = draw_of(three, 0.02, seed + 201, 5.0);
+  CHECK_THROWS_WITH(ident::joined({one.record, three_bodies.record}), Catch::Contains("bodies, which is other"));
+  ident::BodiesRecord other_rate = one.record;
+  other_rate.sample_rate_hz *= 2.0;
+  CHECK_THROWS_WITH(ident::joined({one.record, other_rate}), Catch::Contains("one rate"));
 }
 
 TEST_CASE("exact supports, coverage and errors of several bodies", "[.][coverage][bodies]") {

@@ -29,12 +29,12 @@ struct BodiesTally {
   int exact = 0, covered = 0, of = 0;
   std::vector<double> worst;
   void add(const ident::BodiesResult& result, const std::map<std::string, double>& truth) {
-    const std::size_t known = result.model.layout.inner == ident::Inner::none ? 0 : 1;
+    const std::size_t known = result.model.layout.inner == ident::Inner::hysteresis ? 1 : 0;
     bool is_exact = result.silent_because.empty() && result.model.terms.size() == truth.size() + known;
     double largest = 0.0;
     int inside = 0;
     for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
-      if (result.model.terms[i] == ident::inner_force()) continue;
+      if (known > 0 && result.model.terms[i] == ident::inner_force()) continue;
       const auto found = truth.find(key(result.model.terms[i].body, result.model.terms[i].name));
       is_exact = is_exact && found != truth.end();
       if (!is_exact) return;
