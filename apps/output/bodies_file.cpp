@@ -112,8 +112,7 @@ Json parts_json(const ident::BodiesResult& result, const ident::BodiesRecord& re
 bool is_lag(const ident::BodiesLayout& layout, const std::vector<ident::BodyTerm>& terms,
             const std::vector<double>& mean) {
   const auto of_z = std::count_if(terms.begin(), terms.end(), [&](const auto& term) { return term.body > 1; });
-  const ident::BodyTerm behind{2, "(" + layout.lagging + " - z)"};
-  return of_z == 1 && terms.back() == behind && mean.back() > 0.0 &&
+  return of_z == 1 && terms.back() == ident::behind_input(layout) && mean.back() > 0.0 &&
          std::find(layout.inputs.begin(), layout.inputs.end(), layout.lagging) != layout.inputs.end();
 }
 

@@ -144,7 +144,7 @@ ScreenEntry data_entry(const ident::BodiesResult& result, const ident::BodiesRec
     const ident::BodiesPart& part = record.parts[i];
     Index unusable = part.rows.last - part.rows.first;
     for (const dsp::IndexRange& one : record.usable)
-      if (one.first >= part.rows.first && one.last <= part.rows.last) unusable -= one.last - one.first;
+      if (part.holds(one)) unusable -= one.last - one.first;
     entry.lines.push_back({fmt::format(
         "{}: {:.5g} s at {:.6g} Hz{}; left out: {}; fitted to {:.4g} s, tested "
         "on {:.4g} s.",

@@ -12,7 +12,6 @@
 #include "apps/paper/tables.hpp"
 #include "ident/bodies/bodies.hpp"
 #include "ident/validate/metrics.hpp"
-#include "sim/noise.hpp"
 
 namespace apps {
 namespace {
@@ -26,13 +25,13 @@ ident::BodiesRecord noisy_record(const dsp::Motion& motion, const std::string& n
                                  std::uint64_t sequence) {
   dsp::Recording recording{.name = name, .sample_rate_hz = motion.sample_rate_hz};
   recording.samples.resize(motion.num_samples(), 3);
+  const std::vector<Index> all = samples_where("1", motion);
   for (const char* state : {"x", "v"}) {
     const Index column = *state == 'x' ? 0 : 1;
     const VectorXd& exact = motion.at(state);
-    const sim::Noise draw(options.first_seed, sequence + static_cast<std::uint64_t>(column));
     const double std = options.noise * std::sqrt((exact.array() - exact.mean()).square().mean());
-    for (Index k = 0; k < exact.size(); ++k)
-      recording.samples(k, column) = exact(k) + std * draw.normal(static_cast<std::uint64_t>(k));
+    recording.samples.col(column) =
+        noisy(exact, all, std, options.first_seed, sequence + static_cast<std::uint64_t>(column));
   }
   recording.samples.col(2) = motion.at("f");
   recording.channels = {{.name = "x", .role = dsp::Role::x, .unit = "m"},

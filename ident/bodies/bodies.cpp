@@ -156,7 +156,7 @@ std::vector<std::string> inputs_that_may_lag(const BodiesLayout& layout, const B
 void require_input_that_may_lag(const BodiesRecord& record, const BodiesOptions& options) {
   const Frame frame = record.frame.value_or(Frame::absolute);
   const BodiesLayout layout{record.num_bodies, frame, in_frame(record, frame).inputs};
-  if (options.inner == Inner::lag && inputs_that_may_lag(layout, options.library).empty())
+  if (inputs_that_may_lag(layout, options.library).empty())
     throw dsp::Fault(
         dsp::FaultKind::input, "bodies.lag",
         fmt::format("{}: [library] inner = \"lag\" is of a recorded force, or of the acceleration of a base that x is "
@@ -210,8 +210,7 @@ std::vector<dsp::IndexRange> train_of(const BodiesRecord& record, double fractio
   for (const BodiesPart& part : record.parts) {
     Index first = part.rows.last, last = part.rows.first;
     for (const dsp::IndexRange& usable : record.usable)
-      if (usable.first >= part.rows.first && usable.last <= part.rows.last)
-        first = std::min(first, usable.first), last = std::max(last, usable.last);
+      if (part.holds(usable)) first = std::min(first, usable.first), last = std::max(last, usable.last);
     train.push_back(
         {first, first + static_cast<Index>(fraction * static_cast<double>(std::max<Index>(last - first, 0)))});
   }

@@ -18,6 +18,9 @@ struct BodiesPart {
   dsp::IndexRange rows;
   Eigen::VectorXd zeros;   ///< of each channel, subtracted: the mean where x is far from zero
   double zero_of_r = 0.0;  ///< the same of the base
+  [[nodiscard]] bool holds(const dsp::IndexRange& range) const {
+    return range.first >= rows.first && range.last <= rows.last;
+  }
 };
 
 /// Motions of several bodies recorded together, ready for their likelihood: one recording, or several end to end.

@@ -57,6 +57,10 @@ BodyTerm inner_force() {
   return {1, "z"};
 }
 
+BodyTerm behind_input(const BodiesLayout& layout) {
+  return {layout.num_bodies + 1, state_space::lag_term(layout.lagging, "z")};
+}
+
 std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrary& library) {
   std::vector<BodyTerm> candidates;
   for (int body = 1; body <= layout.num_bodies; ++body) {
@@ -78,7 +82,7 @@ std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrar
     }
     for (const std::string& term : library.terms) add(!layout.lagging.empty() && term == layout.lagging ? "z" : term);
   }
-  if (layout.inner == Inner::lag) candidates.push_back({layout.num_bodies + 1, "(" + layout.lagging + " - z)"});
+  if (layout.inner == Inner::lag) candidates.push_back(behind_input(layout));
   if (layout.inner != Inner::hysteresis) return candidates;
   const std::string x = layout.position(1), v = layout.speed(1),
                     abs_v = v.front() == '(' ? "abs" + v : "abs(" + v + ")";

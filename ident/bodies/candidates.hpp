@@ -53,6 +53,8 @@ struct BodyTerm {
 };
 /// How a hysteretic z stands in the equation of its body, by a coefficient of -1.
 [[nodiscard]] BodyTerm inner_force();
+/// What a lagging z is behind, the one term of its equation.
+[[nodiscard]] BodyTerm behind_input(const BodiesLayout& layout);
 
 struct BodyLibrary {
   int order = 3;                        ///< of products of own position and speed, and of powers of a stretch

@@ -218,8 +218,7 @@ BodiesRecord alone(const BodiesRecord& whole, const BodiesPart& part) {
   one.parts = {{part.name, {0, n}, part.zeros, part.zero_of_r}};
   one.usable.clear();
   for (const dsp::IndexRange& usable : whole.usable)
-    if (usable.first >= part.rows.first && usable.last <= part.rows.last)
-      one.usable.push_back({usable.first - part.rows.first, usable.last - part.rows.first});
+    if (part.holds(usable)) one.usable.push_back({usable.first - part.rows.first, usable.last - part.rows.first});
   return one;
 }
 

@@ -23,8 +23,7 @@ Fitter::Fitter(const Problem& problem, int num_threads)
     if (speed >= 0) speeds_.push_back(speed);
   for (const Term& term : problem.equations.terms)
     for (const std::string& input : problem.equations.inputs)
-      if (term.text == "(" + input + " - " + problem.equations.states[as_size(term.state)] + ")")
-        followers_.push_back(term.state);
+      if (term.text == lag_term(input, problem.equations.states[as_size(term.state)])) followers_.push_back(term.state);
   all_parameters_.resize(as_size(layout().num_coefficients));
   std::iota(all_parameters_.begin(), all_parameters_.end(), 0);
   if (!inner_forces(problem.equations).empty()) least_damping_ = 0.03;

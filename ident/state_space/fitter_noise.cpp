@@ -27,7 +27,7 @@ double Fitter::process_floor(int state) const {
     const std::string& own = problem.equations.states[as_size(state)];
     for (size_t i = 0; i < problem.input_noise_std.size(); ++i)
       if (const std::string& input = problem.equations.inputs[i];
-          term.text == input || term.text == "(" + input + " - " + own + ")")
+          term.text == input || term.text == lag_term(input, own))
         square += std::pow(value * problem.input_noise_std[i] / problem.sample_rate_hz, 2);
   }
   return std::max(std::sqrt(square), hardest * start_.scales[as_size(state)]);

@@ -28,6 +28,11 @@ struct Term {
   std::optional<double> known = {};
 };
 
+/// The term by which a state follows an input with a lag of first order: "(f - z)".
+[[nodiscard]] inline std::string lag_term(const std::string& input, const std::string& state) {
+  return "(" + input + " - " + state + ")";
+}
+
 /// rate of each state = sum of coefficient x term.
 struct Equations {
   std::vector<std::string> states = {"x", "v"};

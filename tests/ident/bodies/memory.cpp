@@ -83,6 +83,15 @@ Draw draw_of(const Pendulum& p, double noise, std::uint64_t number, double torqu
   return draw;
 }
 
+std::string in_words(const ident::BodiesResult& result) {
+  std::string text = fmt::format("gain {:.4g} {}", result.gain_of_inner, result.silent_because);
+  for (std::size_t j = 0; j < result.model.terms.size(); ++j)
+    text +=
+        fmt::format("  {} {:.4g}({:.2g})", support::key(result.model.terms[j].body, result.model.terms[j].name),
+                    result.model.mean(static_cast<Eigen::Index>(j)), result.model.std(static_cast<Eigen::Index>(j)));
+  return text;
+}
+
 /// An elastic part holds the motion where it began.
 const sim::BoucWen bouc_wen{.a = 0.2};
 /// As the model has it, in the scale of the whole force: z is (1 - a) of it.
@@ -128,12 +137,7 @@ TEST_CASE("exact supports and errors of a hysteretic force", "[.][coverage][memo
     const Draw draw = draw_of(bouc_wen, noise, seed + 100 + i, 40.0);
     const ident::BodiesResult result = identified(draw.recording);
     of.add(result, in_scale_of_z(draw.truth, bouc_wen));
-    std::string text = fmt::format("{} {} gain {:.4g} {}", i, of.exact, result.gain_of_inner, result.silent_because);
-    for (std::size_t j = 0; j < result.model.terms.size(); ++j)
-      text +=
-          fmt::format("  {} {:.4g}({:.2g})", support::key(result.model.terms[j].body, result.model.terms[j].name),
-                      result.model.mean(static_cast<Eigen::Index>(j)), result.model.std(static_cast<Eigen::Index>(j)));
-    WARN(text);
+    WARN(fmt::format("{} {} ", i, of.exact) + in_words(result));
   }
   const double share = static_cast<double>(of.covered) / of.of;
   WARN(fmt::format("noise {}: exact {} of 10, {} of {} covered ({:.3f}), worst error, median {:.2f} %", noise, of.exact,
@@ -222,12 +226,7 @@ TEST_CASE("exact supports and errors of a lag", "[.][coverage][memory]") {
     of.add(result, draw.truth);
     const bool is_inside = std::abs(result.lag_s - lag_s) < 1.96 * result.lag_std_s;
     covered += is_inside ? 1 : 0;
-    std::string text = fmt::format("{} {} gain {:.4g} {}", i, of.exact, result.gain_of_inner, result.silent_because);
-    for (std::size_t j = 0; j < result.model.terms.size(); ++j)
-      text +=
-          fmt::format("  {} {:.4g}({:.2g})", support::key(result.model.terms[j].body, result.model.terms[j].name),
-                      result.model.mean(static_cast<Eigen::Index>(j)), result.model.std(static_cast<Eigen::Index>(j)));
-    WARN(text);
+    WARN(fmt::format("{} {} ", i, of.exact) + in_words(result));
   }
   WARN(
       fmt::format("lag {} s, noise {}: exact {} of 10, lag covered {}, {} of {} coefficients covered, worst error, "
