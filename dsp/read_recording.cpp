@@ -10,6 +10,7 @@
 #include "dsp/faults.hpp"
 #include "dsp/filter/dispatch.hpp"
 #include "dsp/filter/lanes.hpp"
+#include "dsp/io/array_file.hpp"
 #include "dsp/io/calibrate.hpp"
 #include "dsp/io/channel_bodies.hpp"
 #include "dsp/io/channel_roles.hpp"
@@ -255,6 +256,43 @@ struct RecordingReader::State {
     return count;
   }
 
+  // Everything between open files and the first frame.
+  void begin(const fs::path& file, const ReadOptions& options, Faults& faults) {
+    const bool has_rate =
+        faults.empty() && faults.attempt([&] { description.sample_rate_hz = agree_on_rate(files, sidecar); });
+    faults.attempt([&] {
+      num_frames = agree_on_length(files, options.salvage, description.checks);
+      start = agree_on_start(files, description.sample_rate_hz, description.checks);
+      description.clock_start_s = start.s;
+    });
+    description.bad = sidecar.bad;
+    bool all_scaled = true;
+    for (const auto& opened : files) {
+      const auto& info = opened.source->info();
+      description.bad.insert(description.bad.end(), info.gaps.begin(), info.gaps.end());
+      description.checks.insert(description.checks.end(), info.checks.begin(), info.checks.end());
+      container += (container.empty() ? "" : " + ") + info.container;
+      paths.push_back(opened.path);
+      all_scaled = all_scaled && info.scaled;
+    }
+    faults.attempt([&] {
+      calibrate_channels(file, options);
+      assign_roles(description.channels, options, description.name);
+      if (!any_motion(description.channels))
+        if (const std::optional<Fault> question = bodies_question(description.name, description.channels))
+          throw *question;
+      if (!has_rate && !any_motion(description.channels)) throw no_motion(description.name, description.channels);
+    });
+    faults.raise();
+    is_straight = straight();
+    source_calibrates = is_straight && calibrated_by_source();
+    if (all_scaled) return;
+    BridgeOptions gaps{description.name, {}, description.sample_rate_hz, options.max_memory_bytes};
+    for (const auto& channel : description.channels) gaps.channels.push_back(channel.name);
+    isolated.emplace(description.channels, description.sample_rate_hz);
+    bridge.emplace(std::move(gaps));
+  }
+
   void finish() {
     ended = true;
     if (!bridge) return;
@@ -268,45 +306,21 @@ struct RecordingReader::State {
 };
 
 RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& options) : state_(std::make_unique<State>()) {
-  auto& state = *state_;
-  auto& description = state.description;
-  description.name = clean_name(file.filename().string());
-  state.sidecar = find_sidecar(file, options);
+  state_->description.name = clean_name(file.filename().string());
+  state_->sidecar = find_sidecar(file, options);
   Faults faults;
-  state.files = open_files(file, state.sidecar, options, faults);
-  const bool has_rate =
-      faults.empty() && faults.attempt([&] { description.sample_rate_hz = agree_on_rate(state.files, state.sidecar); });
-  faults.attempt([&] {
-    state.num_frames = agree_on_length(state.files, options.salvage, description.checks);
-    state.start = agree_on_start(state.files, description.sample_rate_hz, description.checks);
-    description.clock_start_s = state.start.s;
-  });
-  description.bad = state.sidecar.bad;
-  bool all_scaled = true;
-  for (const auto& opened : state.files) {
-    const auto& info = opened.source->info();
-    description.bad.insert(description.bad.end(), info.gaps.begin(), info.gaps.end());
-    description.checks.insert(description.checks.end(), info.checks.begin(), info.checks.end());
-    state.container += (state.container.empty() ? "" : " + ") + info.container;
-    state.paths.push_back(opened.path);
-    all_scaled = all_scaled && info.scaled;
-  }
-  faults.attempt([&] {
-    state.calibrate_channels(file, options);
-    assign_roles(description.channels, options, description.name);
-    if (!any_motion(description.channels))
-      if (const std::optional<Fault> question = bodies_question(description.name, description.channels))
-        throw *question;
-    if (!has_rate && !any_motion(description.channels)) throw no_motion(description.name, description.channels);
-  });
-  faults.raise();
-  state.is_straight = state.straight();
-  state.source_calibrates = state.is_straight && state.calibrated_by_source();
-  if (all_scaled) return;
-  BridgeOptions bridge{description.name, {}, description.sample_rate_hz, options.max_memory_bytes};
-  for (const auto& channel : description.channels) bridge.channels.push_back(channel.name);
-  state.isolated.emplace(description.channels, description.sample_rate_hz);
-  state.bridge.emplace(std::move(bridge));
+  state_->files = open_files(file, state_->sidecar, options, faults);
+  state_->begin(file, options, faults);
+}
+
+RecordingReader::RecordingReader(ArrayContents arrays, const Sidecar& sidecar, const ReadOptions& options)
+    : state_(std::make_unique<State>()) {
+  const std::string name = arrays.name;
+  state_->description.name = clean_name(name);
+  state_->sidecar = sidecar;
+  state_->files.push_back(open_in_memory(std::move(arrays), sidecar, options));
+  Faults faults;
+  state_->begin(name, options, faults);
 }
 
 RecordingReader::~RecordingReader() = default;

@@ -12,6 +12,8 @@
 
 namespace dsp {
 
+struct ArrayContents;
+
 struct ReadOptions {
   std::filesystem::path sidecar{};           ///< empty: NAME.ext.toml beside the recording, if there
   bool salvage = false;                      ///< read what is left of a truncated or unfinished file
@@ -32,6 +34,10 @@ struct ReadOptions {
 class RecordingReader {
  public:
   explicit RecordingReader(const std::filesystem::path& file, const ReadOptions& options = {});
+  /// The same of arrays in memory (dsp/io/array_file.hpp), which must outlive it; nothing is copied but the block that
+  /// is read. Of `options` sidecar and salvage mean nothing. Throws also Fault channel.file (usage) where the sidecar
+  /// names a file.
+  RecordingReader(ArrayContents arrays, const Sidecar& sidecar, const ReadOptions& options = {});
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
   RecordingReader& operator=(RecordingReader&&) noexcept;

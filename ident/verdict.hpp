@@ -16,11 +16,12 @@ enum class Verdict { describes, in_part, does_not, undecided };
 /// Why an equation does not describe its record, or in part only; named where a test found it.
 enum class Cause {
   not_found,
-  missing_input,   ///< something drives the motion that is not in the equation
-  missing_term,    ///< what is left over is a function of the state, or of its past
-  wide_band,       ///< noise above the motion's frequencies is let in
-  noise,           ///< of a derivative or of a regressor
-  switch_variable  ///< a sign is that of the wrong motion
+  missing_input,    ///< something drives the motion that is not in the equation
+  missing_term,     ///< what is left over is a function of the state, or of its past
+  wide_band,        ///< noise above the motion's frequencies is let in
+  noise,            ///< of a derivative or of a regressor
+  switch_variable,  ///< a sign is that of the wrong motion
+  late_input        ///< what drives the motion arrives late, and not as a delay would have it: an actuator's lag
 };
 /// "not_found", "missing_input", ...
 [[nodiscard]] std::string_view to_string(Cause cause);

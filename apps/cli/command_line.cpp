@@ -197,4 +197,10 @@ int run_command_line(int argc, const char* const* argv) {
   return ending_of(std::ref(action), console);  // by reference: a copy might find no memory
 }
 
+int do_command(const std::vector<std::string>& words, Console& console) {
+  std::vector<const char*> arguments{"ardent"};
+  for (const std::string& word : words) arguments.push_back(word.c_str());
+  return run(static_cast<int>(arguments.size()), arguments.data(), console);
+}
+
 }  // namespace apps

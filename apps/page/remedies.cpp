@@ -175,6 +175,23 @@ Remedy of_input(const RunResults& results, const ident::RangeResult& range, cons
       {}};
 }
 
+/// What an inner state is found from.
+bool has_displacement(const RunResults& results) {
+  const auto& channels = results.inputs.front().prepared.channels;
+  return std::any_of(channels.begin(), channels.end(), [](const dsp::Channel& channel) {
+    const dsp::SignalInfo& role = dsp::info_of(channel.role);
+    return role.order == 0 && (role.body == dsp::Body::relative || role.body == dsp::Body::payload);
+  });
+}
+
+Remedy of_late_input(const RunResults& results) {
+  const std::string why =
+      "What drives the motion arrives late, as behind an actuator that follows its command with a lag of first order";
+  if (!has_displacement(results))
+    return {why + ": record what arrives, or a displacement, from which it is found.", {}};
+  return {why + ". To find that lag, set in the config:", {"[library]", "inner = \"lag\""}};
+}
+
 Remedy of_missing_term(const RunResults& results, const ident::JudgedFit& fit) {
   const std::optional<ident::Explanation>& named = fit.judgement.named;
   if (named && !named->is_term) {
@@ -182,12 +199,7 @@ Remedy of_missing_term(const RunResults& results, const ident::JudgedFit& fit) {
         "{} explains {} of the residual's power, and no term of x and v can: the force depends on the past. If it can "
         "be measured, give its channel role = \"z\".",
         named->what, ident::percent(named->fraction));
-    const auto& channels = results.inputs.front().prepared.channels;
-    const bool has_displacement = std::any_of(channels.begin(), channels.end(), [](const dsp::Channel& channel) {
-      const dsp::SignalInfo& role = dsp::info_of(channel.role);
-      return role.order == 0 && (role.body == dsp::Body::relative || role.body == dsp::Body::payload);
-    });
-    if (results.inputs.size() > 1 || !has_displacement) return {why, {}};
+    if (!has_displacement(results)) return {why, {}};
     return {why + " To find it unmeasured, set in the config:", {"[library]", "inner = \"hysteresis\""}};
   }
   if (named && named->candidate && named->at_motion) return with_less_noise(fit, *named);
@@ -231,6 +243,9 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
       break;
     case ident::Cause::missing_term:
       found.push_back(of_missing_term(results, fit));
+      break;
+    case ident::Cause::late_input:
+      found.push_back(of_late_input(results));
       break;
     case ident::Cause::noise:
     case ident::Cause::not_found:

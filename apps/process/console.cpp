@@ -43,9 +43,15 @@ Console::~Console() {
 void Console::set(const ConsoleOptions& options) {
   const std::lock_guard lock(screen_);
   options_ = options;
-  draws_progress_ = options.verbosity >= 0 && options.progress != ProgressMode::never &&
+  draws_progress_ = results_ == nullptr && options.verbosity >= 0 && options.progress != ProgressMode::never &&
                     (options.progress == ProgressMode::always || ::isatty(STDERR_FILENO) != 0);
   if (draws_progress_ && !beating_.joinable()) start_beating();
+}
+
+void Console::redirect(std::string& results, std::function<void(std::string_view)> said) {
+  results_ = &results;
+  listener_ = std::move(said);
+  set(options_);
 }
 
 void Console::start_beating() {
@@ -84,6 +90,10 @@ void Console::result(std::string_view text) {
   const std::lock_guard lock(screen_);  // until all is out: it may wait for a reader who has the terminal
   clear_progress();
   const std::string shown = options_.json ? printable_json(text) : printable_lines(text);
+  if (results_ != nullptr) {
+    *results_ += shown;
+    return;
+  }
   const bool written = std::fwrite(shown.data(), 1, shown.size(), stdout) == shown.size() && std::fflush(stdout) == 0;
   if (!written && errno != EPIPE) throw cannot_write("standard output", errno);
   said_ = Clock::now();
@@ -96,6 +106,7 @@ void Console::say(std::string_view line, bool shown) {
 void Console::put(const std::string& text, bool shown) {
   log_ += text;
   if (!shown) return;
+  if (listener_) return listener_(text);
   const std::lock_guard lock(screen_);
   clear_progress();
   std::fwrite(text.data(), 1, text.size(), stderr);

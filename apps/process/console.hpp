@@ -30,6 +30,9 @@ class Console {
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
   void set(const ConsoleOptions& options);  ///< from here on
+  /// Within a program that is not ours: results are added to `results`, lines that would be shown go to `said`, from
+  /// whatever thread; standard streams are left alone, and no progress is drawn.
+  void redirect(std::string& results, std::function<void(std::string_view)> said);
   [[nodiscard]] bool json() const { return options_.json; }
   /// A result: lines of text, or a JSON document. Throws dsp::Fault (output) if standard output cannot take it; a
   /// closed pipe ends it quietly.
@@ -61,6 +64,8 @@ class Console {
   void start_beating();
   void beat();
   ConsoleOptions options_;
+  std::string* results_ = nullptr;  ///< redirected
+  std::function<void(std::string_view)> listener_;
   std::mutex screen_;  ///< of what is drawn, and all that decides on it
   bool draws_progress_ = false, progress_shown_ = false, ending_ = false;
   std::string phase_;

@@ -11,6 +11,16 @@ struct Interrupted {
 /// as by nohup. SIGPIPE and SIGXFSZ become write errors.
 void install_signal_handlers();
 
+/// While one lives SIGINT alone sets that flag, in a program that is not ours; after the last the program's own handler
+/// is back, and the flag is gone.
+class InterruptScope {
+ public:
+  InterruptScope();
+  ~InterruptScope();
+  InterruptScope(const InterruptScope&) = delete;
+  InterruptScope& operator=(const InterruptScope&) = delete;
+};
+
 /// Throws Interrupted if a signal has come. Called between blocks of work.
 void check_interrupted();
 

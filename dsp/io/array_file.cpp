@@ -64,7 +64,7 @@ bool is_time(const FileArray& array) {
 class ArrayFile final : public RowsOnClock {
  public:
   ArrayFile(std::unique_ptr<InputFile> file, ArrayContents contents, const OpenOptions& options)
-      : file_(std::move(file)), contents_(std::move(contents)) {
+      : file_(std::move(file)), contents_(std::move(contents)), name_(file_ ? file_->name() : contents_.name) {
     for (FileArray& array : contents_.arrays) array.name = clean_name(array.name), array.group = clean_group(array);
     info_.container = contents_.container;
     info_.num_frames = find_length();
@@ -91,7 +91,7 @@ class ArrayFile final : public RowsOnClock {
   }
 
   void finish_reading() override {
-    file_->check_unchanged();
+    if (file_) file_->check_unchanged();
     used_ = {};  // nothing asks for them again
     contents_.arrays = {};
   }
@@ -137,13 +137,13 @@ class ArrayFile final : public RowsOnClock {
     info_.left_out.insert(info_.left_out.end(), contents_.left_out.begin(), contents_.left_out.end());
     throw Fault(
         FaultKind::input, contents_.prefix + ".no_variable",
-        fmt::format("{}: holds {}; want real vectors (n x 1) of one length", file_->name(),
+        fmt::format("{}: holds {}; want real vectors (n x 1) of one length", name_,
                     info_.left_out.empty() ? "no variable" : fmt::format("{}", fmt::join(info_.left_out, ", "))));
   }
 
   void load(const OpenOptions& options) {
     for (const Used& one : used_) bytes_ += one.array->bytes;
-    require_memory(file_->name(), bytes_, options.max_memory_bytes);
+    require_memory(name_, bytes_, options.max_memory_bytes);
     for (const Used& one : used_)
       if (one.array->load) one.array->load();
   }
@@ -230,7 +230,7 @@ class ArrayFile final : public RowsOnClock {
       const auto sides = long_sides(array);
       one.first = info_.columns.size();
       one.count = sides.size() == 1 ? 1 : static_cast<std::size_t>(sides[one.axis == 0 ? 1 : 0]);
-      require_memory(file_->name(), 100.0 * static_cast<double>(one.first + one.count), options.max_memory_bytes);
+      require_memory(name_, 100.0 * static_cast<double>(one.first + one.count), options.max_memory_bytes);
       const NamedUnit split = split_unit(name);
       for (std::size_t i = 0; i < one.count; ++i) {
         info_.columns.push_back(one.count == 1 || name.empty() ? name : fmt::format("{}_{}", split.base, i + 1));
@@ -252,7 +252,7 @@ class ArrayFile final : public RowsOnClock {
       }
     if (!options.time_column.empty() && info_.time_column < 0)
       throw Fault(FaultKind::input, "channel.column",
-                  fmt::format("{}: no time column '{}'; there are {}", file_->name(), clean_name(options.time_column),
+                  fmt::format("{}: no time column '{}'; there are {}", name_, clean_name(options.time_column),
                               fmt::join(info_.columns, ", ")));
   }
 
@@ -262,14 +262,14 @@ class ArrayFile final : public RowsOnClock {
           {contents_.prefix + ".integer", name, CheckStatus::warning, 0.0, 0.0,
            fmt::format("{}: its {} are taken as they are. If they are counts of a converter, say in the sidecar what "
                        "one is worth (full_scale)",
-                       file_->name(), described(array))});
+                       name_, described(array))});
     const std::size_t rounded = array.num_rounded ? array.num_rounded() : 0;
     if (rounded > 0)
       info_.checks.push_back({contents_.prefix + ".rounded", name, CheckStatus::warning, static_cast<double>(rounded),
                               0.0,
                               fmt::format("{}: {} of its whole numbers have more than 53 bits and lose their last "
                                           "digits. Subtract what they have in common before they are saved",
-                                          file_->name(), rounded)});
+                                          name_, rounded)});
   }
 
   [[nodiscard]] const Used& holder_of(std::size_t column) const {
@@ -314,12 +314,11 @@ class ArrayFile final : public RowsOnClock {
     const bool is_named = info_.time_column >= 0;
     if (!is_named && !rate_hz_) info_.time_column = clock_like_column(options);
     if (info_.time_column < 0 || !options.with_clock) return;
-    require_memory(file_->name(), bytes_ + clock_bytes_per_row * static_cast<double>(num_rows_),
-                   options.max_memory_bytes);
+    require_memory(name_, bytes_ + clock_bytes_per_row * static_cast<double>(num_rows_), options.max_memory_bytes);
     const auto at = static_cast<std::size_t>(info_.time_column);
     const auto& unit = options.time_unit.empty() ? info_.units[at] : options.time_unit;
     const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
-    Stamps stamps{values_of(at, num_rows_), 0.0, 1, file_->name()};
+    Stamps stamps{values_of(at, num_rows_), 0.0, 1, name_};
     for (double& time_s : stamps.time_s) time_s *= factor;
     const ValueKind kind = holder_of(at).array->values;
     if (kind == ValueKind::singles)
@@ -343,7 +342,7 @@ class ArrayFile final : public RowsOnClock {
     info_.checks.push_back({contents_.prefix + ".left_out", "", lost_ ? CheckStatus::warning : CheckStatus::note,
                             static_cast<double>(info_.left_out.size()), 0.0,
                             fmt::format("{}: not read, being no real numbers as long as the longest vector: {}{}",
-                                        file_->name(), fmt::join(named, ", "),
+                                        name_, fmt::join(named, ", "),
                                         named.size() < info_.left_out.size()
                                             ? fmt::format(" and {} more", info_.left_out.size() - named.size())
                                             : "")});
@@ -351,6 +350,7 @@ class ArrayFile final : public RowsOnClock {
 
   std::unique_ptr<InputFile> file_;
   ArrayContents contents_;
+  std::string name_;
   std::vector<Used> used_;
   double bytes_ = 0.0;             // of the arrays that were loaded
   std::optional<double> rate_hz_;  // that the file states

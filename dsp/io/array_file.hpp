@@ -41,13 +41,14 @@ struct ArrayContents {
   std::vector<std::string> left_out{};  ///< what is no array, and why
   std::vector<Check> checks{};
   double rate_hz = 0.0;  ///< that the file states for all; 0: none
+  std::string name{};    ///< for messages, where they are in memory and there is no file
 };
 
 /// Every real array of numbers one side of which is as long as the longest vector is a column, or several side by side
 /// (name_1, name_2, ...); the rest is listed in left_out and in a check. A number by itself that is called as rates and
 /// steps are is the rate; a column called time, or the only one that rises evenly, the clock. Of several groups with
-/// clocks of their own, those that are not on the first are left out. Throws Fault (input): PREFIX.no_variable, those
-/// of even_clock, memory.limit.
+/// clocks of their own, those that are not on the first are left out. `file`: where they lie; null: in memory. Throws
+/// Fault (input): PREFIX.no_variable, those of even_clock, memory.limit.
 [[nodiscard]] std::unique_ptr<SampleSource> open_arrays(std::unique_ptr<InputFile> file, ArrayContents contents,
                                                         const OpenOptions& options);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "dsp/io/array_file.hpp"
 #include "dsp/io/channel_roles.hpp"
 #include "dsp/names.hpp"
 
@@ -24,15 +25,9 @@ bool may_be_quoted(const fs::path& file, const fs::path& recording) {
   return file == recording || std::mismatch(folder.begin(), folder.end(), own.begin(), own.end()).first == folder.end();
 }
 
-/// Opens a file with what its sidecar says of its clock; `as_written` is how the sidecar's channels name it.
-/// `with_clock` false: rows as they are, whatever their times.
-OpenFile open_file(const fs::path& path, const fs::path& as_written, const fs::path& recording, const Sidecar& sidecar,
-                   const ReadOptions& options, bool with_clock, int num_threads) {
-  OpenOptions how{.salvage = options.salvage,
-                  .max_memory_bytes = options.max_memory_bytes,
-                  .with_clock = with_clock,
-                  .may_be_quoted = may_be_quoted(path, recording),
-                  .num_threads = num_threads};
+/// What a sidecar says of the clock of a file; `as_written` is how the sidecar's channels name it.
+OpenOptions how_to_open(const fs::path& as_written, const Sidecar& sidecar, const ReadOptions& options) {
+  OpenOptions how{.salvage = options.salvage, .max_memory_bytes = options.max_memory_bytes};
   for (const auto& channel : sidecar.channels)
     if (channel.role == Role::t && channel.file == as_written) {
       how.time_column = channel.index > 0        ? std::to_string(channel.index)
@@ -49,7 +44,11 @@ OpenFile open_file(const fs::path& path, const fs::path& as_written, const fs::p
   how.header_row = sidecar.header_row;
   how.skip_rows = sidecar.skip_rows;
   how.run = options.run > 0 ? options.run : std::max(sidecar.run, 0);
-  OpenFile file{path, clean_name(path.filename().string()), open_source(path, how), {}, how.may_be_quoted, {}, {}};
+  return how;
+}
+
+OpenFile opened(const fs::path& path, std::unique_ptr<SampleSource> source, bool may_be_quoted) {
+  OpenFile file{path, clean_name(path.filename().string()), std::move(source), {}, may_be_quoted, {}, {}};
   const auto& info = file.source->info();
   for (int i = 0; i < static_cast<int>(info.columns.size()); ++i) {
     if (!info.named) file.called.push_back(fmt::format("channel{}", i + 1));
@@ -61,7 +60,27 @@ OpenFile open_file(const fs::path& path, const fs::path& as_written, const fs::p
   return file;
 }
 
+/// `with_clock` false: rows as they are, whatever their times.
+OpenFile open_file(const fs::path& path, const fs::path& as_written, const fs::path& recording, const Sidecar& sidecar,
+                   const ReadOptions& options, bool with_clock, int num_threads) {
+  OpenOptions how = how_to_open(as_written, sidecar, options);
+  how.with_clock = with_clock;
+  how.may_be_quoted = may_be_quoted(path, recording);
+  how.num_threads = num_threads;
+  return opened(path, open_source(path, how), how.may_be_quoted);
+}
+
 }  // namespace
+
+OpenFile open_in_memory(ArrayContents arrays, const Sidecar& sidecar, const ReadOptions& options) {
+  for (const ChannelSpec& channel : sidecar.channels)
+    if (!channel.file.empty())
+      throw Fault(FaultKind::usage, "channel.file",
+                  fmt::format("{}: channel '{}' is in a file, and the others in memory. Want arrays for all",
+                              channel.place, channel.name));
+  const fs::path name = arrays.name;
+  return opened(name, open_arrays(nullptr, std::move(arrays), how_to_open({}, sidecar, options)), true);
+}
 
 std::vector<OpenFile> open_files(const fs::path& recording, const Sidecar& sidecar, const ReadOptions& options,
                                  Faults& faults) {

@@ -33,6 +33,9 @@ inline constexpr std::string_view rate_line = "rate = \"?\"  # samples a second,
 [[nodiscard]] std::vector<OpenFile> open_files(const std::filesystem::path& recording, const Sidecar& sidecar,
                                                const ReadOptions& options, Faults& faults);
 
+/// Arrays in memory as the one file of a recording. Throws Fault (usage) channel.file where the sidecar names another.
+[[nodiscard]] OpenFile open_in_memory(ArrayContents arrays, const Sidecar& sidecar, const ReadOptions& options);
+
 /// A channel for every column that is neither the clock nor shorter than the rest; a name that is a role is one.
 [[nodiscard]] std::vector<ChannelSpec> channels_of(const OpenFile& file);
 /// 0-based column of a channel, which is the `index_in_file`-th of its file. Throws Fault channel.column,

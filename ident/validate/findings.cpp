@@ -194,6 +194,16 @@ bool better_term_exists(const JudgedFit& fit, const Findings& found) {
   return fit.explanations.better && !found.residual_negligible;
 }
 
+std::optional<double> lateness_s(const JudgedFit& fit) {
+  const bool is_far = std::any_of(fit.sensors.begin(), fit.sensors.end(), [](const SensorEstimate& sensor) {
+    return sensor.unit == "s" && sensor.prior_std > 0.0 && sensor.mean > far_off * sensor.prior_std;
+  });
+  if (!fit.by_likelihood || !is_far) return std::nullopt;
+  for (const Coordinates& one : fit.model.coordinates)
+    if (one.lead_s < -far_off * one.lead_std_s) return -one.lead_s;
+  return std::nullopt;
+}
+
 bool lower_band_helps(const JudgedFit& fit) {
   const Figure error = error_of(fit);
   return error.reason.empty() && error.value > matters_to_power && has_wide_band(fit.noise);
@@ -292,6 +302,7 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
   if (found.by_run == Verdict::describes && better_term_exists(fit, found)) return {tried.better->cause, tried.better};
   if (!found.above_noise) return {};
   if (lacks_form(fit, found)) return {Cause::missing_term, tried.form};
+  if (lateness_s(fit)) return {Cause::late_input};
   if (is_of_the_state(fit, found)) return {Cause::missing_term};
   return {fails && is_driven_otherwise(fit, found) ? Cause::missing_input : Cause::not_found};
 }

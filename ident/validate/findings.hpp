@@ -13,6 +13,9 @@ namespace ident {
 /// A smaller part, of the target's power or of what is left of it, does not matter.
 inline constexpr double matters_to_power = 0.1;
 
+/// Standard deviations of what is known beforehand that are too many: a normal variate exceeds them once in 16,000.
+inline constexpr double far_off = 4.0;
+
 /// Of a fit on a range, apart from other ranges.
 struct Findings {
   Verdict by_run = Verdict::undecided;
@@ -64,6 +67,10 @@ struct Findings {
 /// are not linear make.
 [[nodiscard]] bool better_term_exists(const JudgedFit& fit, const Findings& found);
 
+/// By how much the motion answers what drives it late, where that is far beyond what its sensors may be out of step by;
+/// nothing elsewhere.
+[[nodiscard]] std::optional<double> lateness_s(const JudgedFit& fit);
+
 /// Why an equation does not describe its record.
 struct NamedCause {
   Cause cause = Cause::not_found;
@@ -72,8 +79,8 @@ struct NamedCause {
 /// Named where a test found it. In this order: something recorded explains what is left over; noise biases a
 /// coefficient; kept terms imitate a form; amplitude comes back that was lost, though nothing drives the equation; a
 /// term shows at the frequencies of the motion and is most of what is left over there, or all that speaks against an
-/// equation that is followed; what is left over is noise; a form that is no candidate explains most of it; but for
-/// noise it comes back with the state, or nothing in the equation drives the motion and it does not.
+/// equation that is followed; what is left over is noise; a form that is no candidate explains most of it; the
+/// motion answers late; but for noise it comes back with the state, or nothing in the equation drives the motion and it does not.
 [[nodiscard]] NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found);
 /// Of a record for which no equation was found.
 [[nodiscard]] NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit);

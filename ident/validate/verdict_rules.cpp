@@ -83,9 +83,8 @@ const SensorEstimate* farthest_sensor(const JudgedFit& fit) {
 }
 
 bool has_far_sensor(const Evidence& of) {
-  constexpr double far = 4.0;  // exceeded by a normal variate once in 16,000
   const SensorEstimate* sensor = farthest_sensor(of.fit);
-  return sensor != nullptr && deviations(*sensor) > far;
+  return sensor != nullptr && deviations(*sensor) > far_off;
 }
 
 std::string sensor_clause(const Evidence& of) {

@@ -119,7 +119,7 @@ TEST_CASE("a recorded force drives a chain as it drove what was recorded", "[app
   CHECK_THAT(ends(folder, "$ARDENT -q sim qzs -o no --drive one/response.csv", 2), Catch::Contains("--drive"));
 }
 
-TEST_CASE("an actuator's lag is found where it is asked for", "[apps][bodies][memory]") {
+TEST_CASE("an actuator's lag is said to be missing, and found where it is asked for", "[apps][bodies][memory]") {
   const Scratch folder;
   (void)ends(folder,
              "$ARDENT -q sim chain -o drive --set from_hz=0.3 --set to_hz=2 --set rms=5 --seed 960020 && "
@@ -127,6 +127,9 @@ TEST_CASE("an actuator's lag is found where it is asked for", "[apps][bodies][me
              "cut -d, -f1,2,5 late/response.csv > late.csv",
              0);
   CHECK(document(folder, "late/truth.json")["lag_s"] == 0.1);
+  (void)ends(folder, "$ARDENT -q run late.csv -o plain", 0);
+  CHECK_THAT(support::bytes_of(folder / "plain/equation.txt"),
+             Catch::Contains("does not describe") && Catch::Contains("s late") && Catch::Contains("inner = \"lag\""));
   (void)ends(folder, "$ARDENT -q run late.csv -o run --set library.inner=lag", 0);
   const json result = document(folder, "run/equation.json"), inner = result["inner"];
   CHECK(result["verdict"] == "describes");

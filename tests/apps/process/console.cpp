@@ -42,3 +42,17 @@ TEST_CASE("work that says nothing of itself is shown to go on", "[apps][console]
   ::close(terminal), ::close(file);
   CHECK(beats);
 }
+
+TEST_CASE("within another program standard streams are left alone", "[apps][console]") {
+  std::string results, said;
+  apps::Console console({.progress = apps::ProgressMode::always});
+  console.redirect(results, [&](std::string_view line) { said += line; });
+  console.step("reading");
+  console.note("not shown");
+  console.warning("a.name", "look here");
+  console.progress("reading", 0.5);
+  console.result("the equation\n");
+  CHECK(results == "the equation\n");
+  CHECK(said == "reading\nwarning [a.name] look here\n");
+  CHECK_THAT(console.log(), Catch::Contains("not shown"));
+}

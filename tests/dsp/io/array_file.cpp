@@ -4,11 +4,16 @@
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
+#include "dsp/io/array_file.hpp"
 #include "dsp/io/sample_source.hpp"
+#include "dsp/io/sidecar.hpp"
+#include "dsp/read_recording.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
 
@@ -99,4 +104,45 @@ TEST_CASE("a container of arrays that was cut is refused, or salvaged with a war
   const auto source = dsp::open_source(cut, {.salvage = true});
   CHECK(source->info().num_frames == num_rows - 11);
   CHECK(source->info().checks.front().name == "container.truncated");
+}
+
+TEST_CASE("arrays in memory are a recording as if they came from a file, whatever their numbers and strides",
+          "[dsp][array_file]") {
+  struct Row {
+    float x;
+    std::int16_t f;
+  };
+  std::vector<Row> rows;
+  for (int i = 0; i < num_rows; ++i)
+    rows.push_back({static_cast<float>(i * i % 7) + 0.5F, static_cast<std::int16_t>(3 * i)});
+  const auto array = [&](const char* name, std::size_t offset, dsp::NumberFormat format) {
+    dsp::FileArray one{.group = "", .name = name, .kind = "numbers", .shape = {num_rows}};
+    one.values = format.values();
+    const char* const bytes = reinterpret_cast<const char*>(rows.data()) + offset;
+    one.read = dsp::strided(format, {num_rows}, {sizeof(Row)}, 0,
+                            [bytes](std::uint64_t at, std::size_t) { return bytes + at; });
+    return one;
+  };
+  const dsp::ArrayContents arrays{
+      .container = "arrays",
+      .prefix = "array",
+      .arrays = {array("x", offsetof(Row, x), {'f', 4}), array("f", offsetof(Row, f), {'i', 2})},
+      .name = "rig"};
+  const std::string about =
+      "rate = 250\n[[channel]]\nname = \"x\"\nunit = \"mm\"\n[[channel]]\nname = \"f\"\nunit = \"kN\"\n";
+  dsp::RecordingReader reader(arrays, dsp::parse_sidecar(about, "rig.toml"));
+  const dsp::Recording read = dsp::read_recording(reader, std::size_t{1} << 20);
+  CHECK(read.name == "rig");
+  CHECK(read.sample_rate_hz == 250.0);
+  REQUIRE(read.samples.rows() == num_rows);
+  REQUIRE(read.channels.size() == 2);
+  CHECK(read.channels[0].role == dsp::Role::x);
+  CHECK(read.channels[1].unit == "N");
+  for (int i = 0; i < num_rows; ++i) {
+    CHECK(read.samples(i, 0) == (i * i % 7 + 0.5) * 1e-3);
+    CHECK(read.samples(i, 1) == 3.0 * i * 1e3);
+  }
+  const dsp::Sidecar elsewhere =
+      dsp::parse_sidecar("rate = 250\n[[channel]]\nname = \"x\"\nfile = \"x.wav\"\n", "rig.toml");
+  CHECK(support::name_of_fault([&] { dsp::RecordingReader(arrays, elsewhere); }) == "channel.file");
 }
