@@ -7,9 +7,18 @@
 #include <unistd.h>
 #endif
 
+#include <new>
+
 #include "apps/cli/command_line.hpp"
+#include "apps/process/ending.hpp"
 
 namespace {
+
+/// Before main, where static objects of libraries are made, and until run_command_line has its own, nobody catches what
+/// finds no memory. Of the program alone: a library is not to end what it is part of.
+[[gnu::constructor(101)]] void say_where_there_is_no_memory() {
+  std::set_new_handler(apps::end_without_memory);
+}
 
 #ifdef __GLIBC__
 /// Columns of a record come and go by the hundred. Their memory is kept for the next one, of whatever thread, and the

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <stdexcept>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -315,6 +316,8 @@ RecordingReader::RecordingReader(const fs::path& file, const ReadOptions& option
 
 RecordingReader::RecordingReader(ArrayContents arrays, const Sidecar& sidecar, const ReadOptions& options)
     : state_(std::make_unique<State>()) {
+  if (!options.sidecar.empty() || options.salvage || options.run != 0)
+    throw std::invalid_argument("RecordingReader: sidecar, salvage and run are of files, and these are arrays");
   const std::string name = arrays.name;
   state_->description.name = clean_name(name);
   state_->sidecar = sidecar;

@@ -35,8 +35,8 @@ class RecordingReader {
  public:
   explicit RecordingReader(const std::filesystem::path& file, const ReadOptions& options = {});
   /// The same of arrays in memory (dsp/io/array_file.hpp), which must outlive it; nothing is copied but the block that
-  /// is read. Of `options` sidecar and salvage mean nothing. Throws also Fault channel.file (usage) where the sidecar
-  /// names a file.
+  /// is read. files() is its name. Throws also Fault channel.file (usage) where the sidecar names a file, and
+  /// std::invalid_argument for options that are of files: sidecar, salvage, run.
   RecordingReader(ArrayContents arrays, const Sidecar& sidecar, const ReadOptions& options = {});
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;

@@ -263,7 +263,8 @@ Command batch_command() {
           "whatever way and started again with the same command it goes on where it was: runs that are complete stay, "
           "unless their recording, sidecar or config has changed since; what failed is tried again. Under mpirun or "
           "srun the processes share the work; the results are the same. Exit code: that of the first record, in the "
-          "order given, that ended with one."};
+          "order given, that ended with one.",
+      .starts_itself = true};
 }
 
 }  // namespace apps

@@ -66,6 +66,7 @@ struct Command {
   std::vector<std::string> more = {};      ///< lines below the options
   std::vector<std::string> examples = {};  ///< command lines
   std::string details = "";                ///< paragraphs below the usage
+  bool starts_itself = false;              ///< it runs this program once more, for each recording
 };
 
 inline constexpr const char *look_group = "Look at a recording", *identify_group = "Find its equation of motion",

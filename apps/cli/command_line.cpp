@@ -160,7 +160,7 @@ void keep_streams(const Command& command) {
 }
 
 /// Does what the command line says. Until it is read, `console` is one of its own.
-int run(int argc, const char* const* argv, Console& console) {
+int run(int argc, const char* const* argv, Console& console, bool is_program) {
   const Program program = make_program();
   GlobalOptions& global = *program.global;
   global.command_line.assign(argv + std::min(argc, 1), argv + argc);
@@ -180,6 +180,11 @@ int run(int argc, const char* const* argv, Console& console) {
   }
   const Command& command = *named_command(app, program);
   refuse_unused(app, command);
+  if (command.starts_itself && !is_program)
+    throw dsp::Fault(dsp::FaultKind::usage, "command.process",
+                     fmt::format("{0} starts the program again for each recording, which is another one here. Run "
+                                 "ardent {0} from a shell",
+                                 command.name));
   const int verbosity = global.quiet ? -1 : global.verbose ? 1 : 0;
   console.set({.verbosity = verbosity, .json = global.json, .progress = global.progress});
   keep_streams(command);
@@ -193,14 +198,14 @@ int run_command_line(int argc, const char* const* argv) {
   install_signal_handlers();
   Console console(ConsoleOptions{
       .json = std::any_of(argv, argv + argc, [](std::string_view argument) { return argument == "--json"; })});
-  const auto action = [&] { return run(argc, argv, console); };
+  const auto action = [&] { return run(argc, argv, console, true); };
   return ending_of(std::ref(action), console);  // by reference: a copy might find no memory
 }
 
 int do_command(const std::vector<std::string>& words, Console& console) {
   std::vector<const char*> arguments{"ardent"};
   for (const std::string& word : words) arguments.push_back(word.c_str());
-  return run(static_cast<int>(arguments.size()), arguments.data(), console);
+  return run(static_cast<int>(arguments.size()), arguments.data(), console, false);
 }
 
 }  // namespace apps

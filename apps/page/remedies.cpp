@@ -175,6 +175,14 @@ Remedy of_input(const RunResults& results, const ident::RangeResult& range, cons
       {}};
 }
 
+/// Whether one can be looked for with the config as it is: refuse_settings of run_bodies.cpp.
+bool may_have_inner(const RunResults& results) {
+  const Config& config = results.config;
+  return config.test_recordings.empty() && config.fit.target == "a" && config.fit.stage != ident::Stage::regression &&
+         std::all_of(config.ranges.begin(), config.ranges.end(),
+                     [](const ident::Range& range) { return range.spec.place.empty(); });
+}
+
 /// What an inner state is found from.
 bool has_displacement(const RunResults& results) {
   const auto& channels = results.inputs.front().prepared.channels;
@@ -189,6 +197,7 @@ Remedy of_late_input(const RunResults& results) {
       "What drives the motion arrives late, as behind an actuator that follows its command with a lag of first order";
   if (!has_displacement(results))
     return {why + ": record what arrives, or a displacement, from which it is found.", {}};
+  if (!may_have_inner(results)) return {why + ": record what arrives.", {}};
   return {why + ". To find that lag, set in the config:", {"[library]", "inner = \"lag\""}};
 }
 
@@ -199,7 +208,7 @@ Remedy of_missing_term(const RunResults& results, const ident::JudgedFit& fit) {
         "{} explains {} of the residual's power, and no term of x and v can: the force depends on the past. If it can "
         "be measured, give its channel role = \"z\".",
         named->what, ident::percent(named->fraction));
-    if (!has_displacement(results)) return {why, {}};
+    if (!has_displacement(results) || !may_have_inner(results)) return {why, {}};
     return {why + " To find it unmeasured, set in the config:", {"[library]", "inner = \"hysteresis\""}};
   }
   if (named && named->candidate && named->at_motion) return with_less_noise(fit, *named);

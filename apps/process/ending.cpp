@@ -104,12 +104,11 @@ int say_without_memory() noexcept {
   return code_numerics;
 }
 
-/// Before main, where static objects of libraries are made, and until ending_of, nobody catches what finds no memory.
-[[gnu::constructor(101)]] void end_without_memory() {
-  std::set_new_handler([] { ::_exit(say_without_memory()); });
-}
-
 }  // namespace
+
+void end_without_memory() noexcept {
+  ::_exit(say_without_memory());
+}
 
 int ending_of(const std::function<int()>& action, Console& console) noexcept try {
   keep_reserve();

@@ -10,4 +10,7 @@ namespace apps {
 /// Throws nothing, also where there is no memory for the message.
 [[nodiscard]] int ending_of(const std::function<int()>& action, Console& console) noexcept;
 
+/// Says that there is no memory left, and ends the program: where nobody would catch it.
+[[noreturn]] void end_without_memory() noexcept;
+
 }  // namespace apps

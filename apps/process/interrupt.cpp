@@ -1,19 +1,11 @@
 #include "apps/process/interrupt.hpp"
 
 #include <csignal>
-#include <mutex>
 
 namespace apps {
 namespace {
 
 volatile std::sig_atomic_t pending_signal = 0;  // a signal handler may touch nothing else
-
-/// Of several threads of one program.
-struct {
-  std::mutex guard;
-  int count = 0;
-  struct sigaction before {};
-} scopes;
 
 extern "C" void remember(int signal) {
   pending_signal = signal;
@@ -36,19 +28,15 @@ void install_signal_handlers() {
 }
 
 InterruptScope::InterruptScope() {
-  const std::lock_guard lock(scopes.guard);
-  if (scopes.count++ > 0) return;
   struct sigaction action {};
-  action.sa_handler = remember;
+  action.sa_handler = [](int signal) { pending_signal = signal; };
   sigemptyset(&action.sa_mask);
   action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, &scopes.before);
+  sigaction(SIGINT, &action, &before_);
 }
 
 InterruptScope::~InterruptScope() {
-  const std::lock_guard lock(scopes.guard);
-  if (--scopes.count > 0) return;
-  sigaction(SIGINT, &scopes.before, nullptr);
+  sigaction(SIGINT, &before_, nullptr);
   pending_signal = 0;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <csignal>
 
 namespace apps {
 
@@ -11,14 +12,17 @@ struct Interrupted {
 /// as by nohup. SIGPIPE and SIGXFSZ become write errors.
 void install_signal_handlers();
 
-/// While one lives SIGINT alone sets that flag, in a program that is not ours; after the last the program's own handler
-/// is back, and the flag is gone.
+/// While it lives SIGINT sets that flag, however often it comes, in a program that is not ours; after that the
+/// program's own handler is back, and the flag is gone. For the thread that the program has its signals in.
 class InterruptScope {
  public:
   InterruptScope();
   ~InterruptScope();
   InterruptScope(const InterruptScope&) = delete;
   InterruptScope& operator=(const InterruptScope&) = delete;
+
+ private:
+  struct sigaction before_ {};
 };
 
 /// Throws Interrupted if a signal has come. Called between blocks of work.

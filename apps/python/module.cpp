@@ -1,9 +1,14 @@
+#include <unistd.h>
+
 #include <Eigen/Core>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -20,7 +25,9 @@
 #include "apps/process/version.hpp"
 #include "dsp/faults.hpp"
 #include "dsp/io/array_file.hpp"
+#include "dsp/io/recording_files.hpp"
 #include "dsp/io/sidecar.hpp"
+#include "dsp/names.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/read_recording.hpp"
 #include "dsp/regimes/regime.hpp"
@@ -35,12 +42,16 @@ namespace {
 
 namespace py = pybind11;
 
-/// Works without the interpreter's lock, and stops at Ctrl-C.
+/// Works without the interpreter's lock. In the thread that Python has its signals in Ctrl-C stops it, where the work
+/// looks for that, or at its end.
 template <typename Work>
 auto at_length(Work&& work) {
   const py::gil_scoped_release release;
-  const InterruptScope interrupt;
-  return work();
+  std::optional<InterruptScope> interrupt;
+  if (::gettid() == ::getpid()) interrupt.emplace();
+  auto result = work();
+  check_interrupted();
+  return result;
 }
 
 /// A view on memory that `owner` keeps.
@@ -88,13 +99,16 @@ py::list listed(const std::vector<dsp::Interval>& intervals) {
 class Source {
  public:
   Source(std::filesystem::path file, dsp::ReadOptions options) : file_(std::move(file)), options_(std::move(options)) {}
+  /// `roles` and `bodies`: of arrays whose name does not say them; all others are what their names say.
   Source(const std::string& name, const std::vector<std::pair<std::string, py::array>>& arrays,
-         const std::string& sidecar)
-      : sidecar_(dsp::parse_sidecar(sidecar, name)) {
+         std::optional<double> rate_hz, const std::map<std::string, std::string>& roles,
+         const std::map<std::string, int>& bodies) {
     contents_.container = "NumPy arrays";
     contents_.prefix = "array";
     contents_.name = name;
+    sidecar_.rate_hz = rate_hz;
     for (const auto& [called, array] : arrays) add(called, array);
+    if (!roles.empty() || !bodies.empty()) describe_channels(roles, bodies);
   }
 
   [[nodiscard]] dsp::RecordingReader open(int num_threads) const {
@@ -103,6 +117,14 @@ class Source {
     return file_.empty() ? dsp::RecordingReader(contents_, sidecar_, options) : dsp::RecordingReader(file_, options);
   }
   [[nodiscard]] std::size_t max_memory_bytes() const { return options_.max_memory_bytes; }
+  /// (name, column, role, body) of each channel that a sidecar is to describe.
+  [[nodiscard]] py::list described() const {
+    py::list list;
+    for (const dsp::ChannelSpec& channel : sidecar_.channels)
+      list.append(
+          py::make_tuple(channel.name, channel.column, std::string(dsp::to_string(channel.role)), channel.body));
+    return list;
+  }
 
  private:
   /// One whose rows are a whole, positive number of bytes apart.
@@ -125,6 +147,30 @@ class Source {
           dsp::strided(format, shape, steps, 0, [bytes](std::uint64_t offset, std::size_t) { return bytes + offset; });
     contents_.arrays.push_back(std::move(found));
     held_.push_back(array);
+  }
+
+  void describe_channels(const std::map<std::string, std::string>& roles, const std::map<std::string, int>& bodies) {
+    const dsp::OpenFile file = dsp::open_in_memory(contents_, sidecar_, {});
+    sidecar_.channels = dsp::channels_of(file);
+    const auto channel_of = [&](const std::string& wanted) -> dsp::ChannelSpec& {
+      std::string names;
+      for (dsp::ChannelSpec& channel : sidecar_.channels) {
+        if (channel.name == wanted || channel.column == wanted) return channel;
+        names += (names.empty() ? "" : ", ") + channel.name;
+      }
+      throw dsp::Fault(dsp::FaultKind::usage, "array.name",
+                       "there is no array '" + dsp::clean_name(wanted) + "', only " + names);
+    };
+    for (dsp::ChannelSpec& channel : sidecar_.channels) {
+      channel.column = file.source->info().columns[static_cast<std::size_t>(channel.index - 1)];
+      channel.index = 0;
+    }
+    for (const auto& [name, role] : roles) {
+      dsp::ChannelSpec& channel = channel_of(name);
+      channel.role = dsp::role_from_string(role);
+      channel.role_is_known = true;
+    }
+    for (const auto& [name, body] : bodies) channel_of(name).body = body;
   }
 
   std::filesystem::path file_;  ///< empty: of arrays
@@ -225,6 +271,12 @@ PYBIND11_MODULE(_ardent, module) {
       raise(fault);
     } catch (const Interrupted&) {
       PyErr_SetNone(PyExc_KeyboardInterrupt);
+    } catch (const std::length_error&) {  // more than any memory holds
+      PyErr_SetNone(PyExc_MemoryError);
+    } catch (const std::filesystem::filesystem_error& error) {
+      raise(dsp::Fault(dsp::FaultKind::output, "output.path", error.what()));
+    } catch (const std::system_error& error) {
+      raise(dsp::Fault(dsp::FaultKind::numerics, "system.refused", error.what()));
     }
   });
   py::class_<Source>(module, "Source")
@@ -238,8 +290,10 @@ PYBIND11_MODULE(_ardent, module) {
            }),
            py::arg("file"), py::kw_only(), py::arg("sidecar"), py::arg("salvage"), py::arg("uncalibrated"),
            py::arg("use"), py::arg("run"))
-      .def(py::init<const std::string&, const std::vector<std::pair<std::string, py::array>>&, const std::string&>(),
-           py::arg("name"), py::arg("arrays"), py::arg("sidecar"))
+      .def(py::init<const std::string&, const std::vector<std::pair<std::string, py::array>>&, std::optional<double>,
+                    const std::map<std::string, std::string>&, const std::map<std::string, int>&>(),
+           py::arg("name"), py::arg("arrays"), py::arg("rate_hz"), py::arg("roles"), py::arg("bodies"))
+      .def("described", &Source::described)
       .def("describe", &describe)
       .def("read", &read_samples);
   py::class_<dsp::Prepared>(module, "Prepared")
@@ -267,10 +321,10 @@ PYBIND11_MODULE(_ardent, module) {
              py::arg("recipe"), py::arg("num_threads"));
   module.def(
       "find_regimes",
-      [](const dsp::Prepared& prepared, double stick_speed, double stick_duration_s, double high_amplitude) {
-        return find_regimes(prepared, {stick_speed, stick_duration_s, high_amplitude});
+      [](const dsp::Prepared& prepared, double stick_speed_m_per_s, double stick_duration_s, double high_amplitude_m) {
+        return find_regimes(prepared, {stick_speed_m_per_s, stick_duration_s, high_amplitude_m});
       },
-      py::arg("prepared"), py::kw_only(), py::arg("stick_speed"), py::arg("stick_duration_s"),
-      py::arg("high_amplitude"));
+      py::arg("prepared"), py::kw_only(), py::arg("stick_speed_m_per_s"), py::arg("stick_duration_s"),
+      py::arg("high_amplitude_m"));
   module.def("command", &command, py::arg("words"), py::arg("said"));
 }

@@ -195,12 +195,12 @@ bool better_term_exists(const JudgedFit& fit, const Findings& found) {
 }
 
 std::optional<double> lateness_s(const JudgedFit& fit) {
-  const bool is_far = std::any_of(fit.sensors.begin(), fit.sensors.end(), [](const SensorEstimate& sensor) {
-    return sensor.unit == "s" && sensor.prior_std > 0.0 && sensor.mean > far_off * sensor.prior_std;
-  });
-  if (!fit.by_likelihood || !is_far) return std::nullopt;
+  double known_s = 0.0;
+  for (const SensorEstimate& sensor : fit.sensors)
+    if (sensor.unit == "s") known_s = std::max(known_s, sensor.prior_std);
+  if (!fit.by_likelihood || !(known_s > 0.0)) return std::nullopt;
   for (const Coordinates& one : fit.model.coordinates)
-    if (one.lead_s < -far_off * one.lead_std_s) return -one.lead_s;
+    if (one.lead_s < -far_off * std::hypot(known_s, one.lead_std_s)) return -one.lead_s;
   return std::nullopt;
 }
 

@@ -79,8 +79,9 @@ struct NamedCause {
 /// Named where a test found it. In this order: something recorded explains what is left over; noise biases a
 /// coefficient; kept terms imitate a form; amplitude comes back that was lost, though nothing drives the equation; a
 /// term shows at the frequencies of the motion and is most of what is left over there, or all that speaks against an
-/// equation that is followed; what is left over is noise; a form that is no candidate explains most of it; the
-/// motion answers late; but for noise it comes back with the state, or nothing in the equation drives the motion and it does not.
+/// equation that is followed; what is left over is noise; a form that is no candidate explains most of it; the motion
+/// answers late; but for noise it comes back with the state, or nothing in the equation drives the motion and it does
+/// not.
 [[nodiscard]] NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found);
 /// Of a record for which no equation was found.
 [[nodiscard]] NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit);

@@ -15,5 +15,5 @@ from ._result import Curves, Equation, Prediction, Response, Result, Term, load
 
 __version__: str = _ardent.version
 __all__ = ["Channel", "Check", "Curves", "Equation", "Error", "InputError", "Interval", "NumericsError", "OutputError",
-           "Prediction", "Prepared", "Recording", "Regime", "Response", "Result", "Said", "Term", "UsageError", "command",
-           "find_regimes", "identify", "load", "prepare", "read"]
+           "Prediction", "Prepared", "Recording", "Regime", "Response", "Result", "Said", "Term", "UsageError",
+           "command", "find_regimes", "identify", "load", "prepare", "read"]

@@ -6,7 +6,7 @@ import json
 import logging
 import os
 from dataclasses import dataclass
-from typing import Mapping, Optional
+from typing import Mapping, Optional, Sequence, Union
 
 from . import _ardent
 
@@ -21,22 +21,31 @@ class Said:
     errors: "list[str]"
 
 
-def setting(value: object) -> str:
+def _setting(value: object) -> str:
     """As `--set` takes it."""
-    return value if isinstance(value, str) else json.dumps(value)
+    if hasattr(value, "tolist"):
+        value = value.tolist()  # of NumPy
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
-def command(*words: object, folder: "Optional[str | os.PathLike[str]]" = None, force: bool = False, threads: int = 0,
-            set: Mapping[str, object] = {}) -> Said:
-    """``command("study", "drive.toml", folder="s")`` does what ``ardent study drive.toml -o s`` does. What it says on its
-    way goes to the logger "ardent". Raises Error, KeyboardInterrupt."""
-    line = [os.fspath(word) if isinstance(word, os.PathLike) else str(word) for word in words]
+def _log_line(line: str) -> None:
+    line = line.rstrip()
+    level = logging.WARNING if line.startswith(("warning ", "error ")) else logging.INFO
+    _log.log(level, "%s", line)
+
+
+def command(name: str, *words: "Union[str, os.PathLike[str]]", options: Sequence[str] = (),
+            folder: "Optional[Union[str, os.PathLike[str]]]" = None, force: bool = False, num_threads: int = 0,
+            set: Optional[Mapping[str, object]] = None) -> Said:
+    """``command("study", "drive.toml", folder="s")`` does what ``ardent study drive.toml -o s`` does; `options` are
+    words such as "--draws=0". What it says on its way goes to the logger "ardent". Raises Error, KeyboardInterrupt,
+    MemoryError."""
+    line = [name, *options]
     if folder is not None:
         line += ["-o", os.fspath(folder)]
-    if force:
-        line.append("--force")
-    if threads:
-        line += ["--threads", str(threads)]
-    for key, value in set.items():
-        line += ["--set", f"{key}={setting(value)}"]
-    return Said(*_ardent.command(line, lambda text: _log.info(text.rstrip())))
+    line += ["--force"] if force else []
+    line += ["--threads", str(num_threads)] if num_threads else []
+    for key, value in (set or {}).items():
+        line += ["--set", f"{key}={_setting(value)}"]
+    line += ["--", *(os.fspath(word) for word in words)] if words else []
+    return Said(*_ardent.command(line, _log_line))

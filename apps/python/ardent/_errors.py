@@ -2,8 +2,8 @@
 
 
 class Error(Exception):
-    """`str()` says what was found, what was wanted and what to try; `name` is stable, as "container.truncated"; `lines`,
-    usually empty, are to be pasted into a sidecar or config."""
+    """`str()` says what was found, what was wanted and what to try; `name` is stable, as "container.truncated";
+    `lines`, usually empty, are to be pasted into a sidecar or config."""
 
     def __init__(self, message: str, name: str = "", lines: str = ""):
         super().__init__(message)

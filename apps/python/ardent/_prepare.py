@@ -39,14 +39,14 @@ class Prepared:
 
 
 def prepare(recording: "Recording | Path", *, rate_hz: float = 0.0, cutoff_hz: float = 0.0, recipe: str = "matched",
-            threads: int = 1) -> Prepared:
-    """Low-pass, decimation, x = y - r and derivatives. `rate_hz`, `cutoff_hz` left out: the recording's own rate, and 0.4 of
-    the rate. `recipe`: "matched", or "paper" as in [QZS23]. Arrays are read where they are. Raises Error."""
+            num_threads: int = 1) -> Prepared:
+    """Low-pass, decimation, x = y - r and derivatives. `rate_hz`, `cutoff_hz` left out: the recording's own rate, and
+    0.4 of the rate. `recipe`: "matched", or "paper" as in [QZS23]. Arrays are read where they are. Raises Error."""
     if recipe not in ("matched", "paper"):
         raise ValueError(f"recipe is '{recipe}'; want \"matched\" or \"paper\"")
     source = recording if isinstance(recording, Recording) else read(recording)
     return Prepared(_ardent.prepare(source._source, rate_hz=rate_hz, cutoff_hz=cutoff_hz, recipe=recipe,
-                                    num_threads=threads))
+                                    num_threads=num_threads))
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class Regime:
     probability: float  #: of low and high; NaN: not estimated
 
 
-def find_regimes(prepared: Prepared, *, stick_speed: float = 0.0, stick_duration_s: float = 0.0,
-                 high_amplitude: float = 0.0) -> "list[Regime]":
-    """Amplitude regimes, one after the other. Thresholds left out (m/s, s, m) are chosen from the record itself."""
-    return [Regime(*one) for one in _ardent.find_regimes(prepared._core, stick_speed=stick_speed,
+def find_regimes(prepared: Prepared, *, stick_speed_m_per_s: float = 0.0, stick_duration_s: float = 0.0,
+                 high_amplitude_m: float = 0.0) -> "list[Regime]":
+    """Amplitude regimes, one after the other. Thresholds left out are chosen from the record itself."""
+    return [Regime(*one) for one in _ardent.find_regimes(prepared._core, stick_speed_m_per_s=stick_speed_m_per_s,
                                                          stick_duration_s=stick_duration_s,
-                                                         high_amplitude=high_amplitude)]
+                                                         high_amplitude_m=high_amplitude_m)]

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import pathlib
 import re
+import shutil
+import tempfile
 import zipfile
 from dataclasses import dataclass
-from typing import Mapping, Optional, Union
+from typing import Iterator, Mapping, Optional, Union
 
 import numpy as np
 
 from . import _ardent
-from ._errors import UsageError
+from ._errors import InputError, OutputError, UsageError
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -46,50 +49,102 @@ class Check:
     message: str
 
 
-def _named(name: str, values) -> "list[tuple[str, np.ndarray]]":
-    """Arrays as they can be read without a copy; a copy where they cannot. A matrix is several, NAME_1, NAME_2, ..."""
+_UNIT = re.compile(r"\s*[\[(][^\[(]*[\])]\s*$")  # what is behind the name in "x [mm]"
+
+
+#: Of arrays, by the name of what is wrong: of files a sidecar is to say it.
+_REMEDIES = {
+    "rate.missing": "neither rate_hz nor a clock among the arrays; want rate_hz=, or an array t in seconds",
+    "calibration.missing": "an array with a role and no unit; want units=, as units={\"motor\": \"N\"}",
+}
+
+
+def toml_text(text: str) -> str:
+    """A text of TOML."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def put(made: pathlib.Path, there: pathlib.Path) -> None:
+    """Under another name on the same disk, if nothing has that name."""
+    try:
+        os.link(made, there)
+    except FileExistsError:
+        raise
+    except OSError:  # a disk without links
+        with open(made, "rb") as source, open(there, "xb") as out:
+            shutil.copyfileobj(source, out)
+
+
+def _readable(name: str, values: object) -> np.ndarray:
+    """As it can be read without a copy; a copy where it cannot: flags, long doubles, times (in seconds), masked values
+    (which are missing), and what runs backwards."""
+    if np.ma.isMaskedArray(values):
+        values = np.ma.filled(np.ma.asarray(values).astype(np.float64), np.nan)
     array = np.asarray(values)
-    if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
-        try:
-            array = array.astype(np.float64)
-        except (TypeError, ValueError):
-            raise UsageError(f"'{name}' holds {array.dtype}; want real numbers", "array.kind") from None
+    kind = array.dtype.kind
+    if array.size == 0 or array.ndim > 2:
+        raise UsageError(f"'{name}' is of shape {array.shape}; want a vector, or a matrix with a column a channel",
+                         "array.shape")
+    if kind == "M":
+        array = (array - array.flat[0]) / np.timedelta64(1, "s")
+    elif kind == "m":
+        array = array / np.timedelta64(1, "s")
+    elif kind == "b" or (kind == "f" and array.dtype.itemsize > 8):
+        array = array.astype(np.float64)
+    elif kind not in "iuf":
+        raise UsageError(f"'{name}' holds {array.dtype}; want real numbers, as {name}.real or {name}.astype(float)",
+                         "array.kind")
     if any(stride <= 0 for side, stride in zip(array.shape, array.strides) if side > 1):
         array = np.ascontiguousarray(array)
-    if array.ndim > 2:
-        raise UsageError(f"'{name}' has {array.ndim} axes; want a vector, or a matrix with a column a channel", "array.shape")
-    if array.ndim < 2:
-        return [(name, array)]
-    if array.shape[0] < array.shape[1]:
-        array = array.T
-    return [(f"{name}_{k + 1}", array[:, k]) for k in range(array.shape[1])]
+    return array
 
 
 class Recording:
     """Simultaneous channels on one clock.
 
     From arrays: ``Recording({"x [mm]": x, "f": f}, rate_hz=200)``. A time column (``t``) may stand in the place of the
-    rate. Names and units are understood as those in the head of a CSV file; `units`, `roles` and `bodies` say of an array
-    what its name does not (``roles={"motor": "f"}``). Arrays are kept, not copied; what is changed in them is changed in
-    the recording.
+    rate. Names and units are understood as those in the head of a CSV file; `units`, `roles` and `bodies` say of an
+    array what its name does not (``units={"motor": "kN"}, roles={"motor": "f"}``). Of a matrix each column is one,
+    NAME_1, NAME_2, ... Arrays are read where they lie whenever they are used, and not copied unless their numbers have
+    to be converted (flags, long doubles, times, masked arrays).
 
     From a file: ardent.read().
     """
 
-    def __init__(self, arrays: Mapping[str, object], rate_hz: Optional[float] = None, *, units: Mapping[str, str] = {},
-                 roles: Mapping[str, str] = {}, bodies: Mapping[str, int] = {}, name: str = "recording"):
-        if not name or name.startswith(".") or any(sign in name for sign in "/\\\0\n"):
+    def __init__(self, arrays: Mapping[str, object], rate_hz: Optional[float] = None, *,
+                 units: Optional[Mapping[str, str]] = None, roles: Optional[Mapping[str, str]] = None,
+                 bodies: Optional[Mapping[str, int]] = None, name: str = "recording"):
+        if not name or name.startswith((".", "-")) or any(sign in name for sign in "/\\\0\n"):
             raise UsageError(f"a recording cannot be called '{name}'; want a name that a file could have", "array.name")
+        if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0):
+            raise UsageError(f"rate_hz is {rate_hz}; want samples a second, above 0", "array.rate")
         self.path: Optional[pathlib.Path] = None
         self.name = name
-        self._arrays = dict(pair for key, values in arrays.items() for pair in _named(str(key), values))
-        for what, given in (("units", units), ("roles", roles), ("bodies", bodies)):
-            for unknown in set(given) - set(self._arrays):
-                raise UsageError(f"{what}: there is no array '{unknown}', only {', '.join(self._arrays)}", "array.name")
-        self._sidecar = _sidecar_text(self._arrays, rate_hz, units, roles, bodies)
+        self.rate_is_given = rate_hz is not None
+        self._arrays: "dict[str, np.ndarray]" = {}
+        unused = dict(units or {})
+        for key, values in arrays.items():
+            own = str(key)
+            base = _UNIT.sub("", own)
+            unit = unused.pop(own, None) or unused.pop(base, None)
+            called = f"{base} [{unit}]" if unit else own
+            if not own or any(sign in own for sign in "/\\\0\n") or called in self._arrays:
+                raise UsageError(f"an array cannot be called '{own}'; want a name without / that no other has",
+                                 "array.name")
+            self._arrays[called] = _readable(own, values)
+        if unused:
+            raise UsageError(f"units: there is no array {', '.join(unused)}, only {', '.join(map(str, arrays))}",
+                             "array.name")
         self._options: dict = {}
-        self._source = _ardent.Source(f"{name}.npz", list(self._arrays.items()), self._sidecar)
-        self._begin()
+        try:
+            self._source = _ardent.Source(f"{name}.npz", list(self._arrays.items()), rate_hz, dict(roles or {}),
+                                          dict(bodies or {}))
+            self._begin()
+        except InputError as error:
+            remedy = _REMEDIES.get(error.name)
+            if remedy is None:
+                raise
+            raise InputError(f"{name}: {remedy}", error.name) from None
 
     @classmethod
     def _of_file(cls, file: Path, options: dict) -> "Recording":
@@ -119,7 +174,8 @@ class Recording:
 
     @property
     def samples(self) -> np.ndarray:
-        """num_samples x channels in SI units, read when first asked for, and not to be written."""
+        """num_samples x channels in SI units, not to be written. Of a file they are read once, when first asked for; of
+        arrays each time."""
         return self._all()[0]
 
     @property
@@ -131,9 +187,12 @@ class Recording:
         return [Check(*one) for one in self._all()[2]]
 
     def _all(self) -> tuple:
-        if self._read is None:
-            self._read = self._source.read()
-        return self._read
+        if self._read is not None:
+            return self._read
+        read = self._source.read()
+        if self.path is not None:
+            self._read = read
+        return read
 
     def __getitem__(self, name: str) -> np.ndarray:
         """The samples of a channel, by its name or its role."""
@@ -141,59 +200,68 @@ class Recording:
             for k, channel in enumerate(self.channels):
                 if getattr(channel, of) == name:
                     return self.samples[:, k]
-        raise KeyError(f"{name!r}; there are {', '.join(channel.name for channel in self.channels)}")
+        raise KeyError(f"{name!r}; there are {', '.join(self)}")
+
+    def __iter__(self) -> Iterator[str]:
+        return (channel.name for channel in self.channels)
+
+    def __contains__(self, name: object) -> bool:
+        return any(name in (channel.name, channel.role) for channel in self.channels)
 
     def __repr__(self) -> str:
         names = ", ".join(f"{one.name} [{one.unit}]" for one in self.channels)
         return f"<ardent.Recording {self.name}: {names}; {self.duration_s:g} s at {self.rate_hz:g} Hz>"
 
     def save(self, file: Path) -> pathlib.Path:
-        """Arrays as FILE.npz with FILE.npz.toml beside it, for the program and for anybody else. Existing files are
-        refused."""
+        """Arrays as FILE.npz, with FILE.npz.toml beside it for what their names do not say. Files that are there are
+        left alone: raises OutputError."""
         if self.path is not None:
             raise UsageError(f"{self.name} is a file already: {self.path}", "array.file")
         file = pathlib.Path(file)
         if file.suffix != ".npz":
             file = file.with_name(file.name + ".npz")
-        # The sidecar first: an archive without it would be read otherwise.
-        with open(f"{file}.toml", "x", encoding="utf-8") as sidecar:
-            sidecar.write(self._sidecar)
-        with open(file, "xb") as out, zipfile.ZipFile(out, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
+        sidecar = file.with_name(file.name + ".toml")
+        try:
+            with tempfile.TemporaryDirectory(prefix=".ardent-", dir=file.parent) as folder:
+                written = pathlib.Path(folder) / "arrays"
+                self._write(written)
+                text = pathlib.Path(folder) / "sidecar"
+                text.write_text(self._sidecar_text(), encoding="utf-8")
+                put(text, sidecar)
+                try:
+                    put(written, file)
+                except OSError:
+                    sidecar.unlink()
+                    raise
+        except FileExistsError:
+            raise OutputError(f"{file} or {sidecar.name} exists. Choose another name", "output.exists") from None
+        except OSError as error:
+            raise OutputError(f"{file} cannot be written: {error.strerror}. Choose another place",
+                              "output.path") from None
+        return file
+
+    def _write(self, file: pathlib.Path) -> None:
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
             for name, array in self._arrays.items():
                 member = zipfile.ZipInfo(f"{name}.npy")  # of 1980: the same arrays are the same bytes
                 with archive.open(member, "w", force_zip64=True) as npy:
                     np.lib.format.write_array(npy, array, allow_pickle=False)
-        return file
 
-
-_BASE = re.compile(r"\s*[\[(].*[\])]\s*$")  # what is behind the name in "x [mm]"
-
-
-def _sidecar_text(arrays: Mapping[str, np.ndarray], rate_hz: Optional[float], units: Mapping[str, str],
-                  roles: Mapping[str, str], bodies: Mapping[str, int]) -> str:
-    text = "" if rate_hz is None else f"rate = {json.dumps(float(rate_hz))}\n"
-    if not (units or roles or bodies):
+    def _sidecar_text(self) -> str:
+        text = f"rate = {self.rate_hz!r}\n" if self.rate_is_given else "# of the arrays beside it\n"
+        for name, column, role, body in self._source.described():
+            text += f"\n[[channel]]\nname = {toml_text(name)}\ncolumn = {toml_text(column)}\n"
+            text += "" if role == "other" else f"role = {toml_text(role)}\n"
+            text += f"body = {body}\n" if body else ""
         return text
-    for name, array in arrays.items():
-        base = _BASE.sub("", name)
-        if array.size < 2 or base.lower() in ("t", "time"):
-            continue
-        text += f"\n[[channel]]\nname = {json.dumps(base)}\ncolumn = {json.dumps(name)}\n"
-        if name in units:
-            text += f"unit = {json.dumps(units[name])}\n"
-        if name in roles:
-            text += f"role = {json.dumps(roles[name])}\n"
-        if name in bodies:
-            text += f"body = {int(bodies[name])}\n"
-    return text
 
 
 def read(file: Path, *, sidecar: Path = "", salvage: bool = False, uncalibrated: bool = False,
-         use: Mapping[str, str] = {}, run: int = 0) -> Recording:
+         use: Optional[Mapping[str, str]] = None, run: int = 0) -> Recording:
     """A recording of any kind that the program reads. Its samples are read when they are asked for.
 
     `sidecar`: left out, NAME.ext.toml beside the file, if there. `use`: role -> channel. `run`: which of several runs
     side by side in a table, from 1. Raises InputError, UsageError.
     """
-    return Recording._of_file(file, {"sidecar": str(sidecar), "salvage": salvage, "uncalibrated": uncalibrated,
-                                     "use": dict(use), "run": run})
+    return Recording._of_file(file, {"sidecar": os.fspath(sidecar), "salvage": salvage, "uncalibrated": uncalibrated,
+                                     "use": dict(use or {}), "run": run})

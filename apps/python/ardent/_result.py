@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import html
 import json
+import os
 import pathlib
 import shutil
 import tempfile
@@ -35,7 +36,7 @@ class Equation:
     of: str  #: the range's or body's name
     target: str
     terms: "list[Term]"
-    verdict: str  #: "describes", "in_part", "does_not_describe", "undecided"
+    verdict: str  #: "describes", "in_part", "does_not", "undecided"
     sentence: str  #: why
     text: str
     covariance: np.ndarray = field(repr=False, compare=False)
@@ -114,7 +115,8 @@ class Prediction(_Folder):
 
     @property
     def nmse(self) -> Optional[float]:
-        """Of the free run, as a fraction of the power of x; of several bodies the largest. None: it did not reach the end."""
+        """Of the free run, as a fraction of the power of x; of several bodies the largest. None: it did not reach the
+        end."""
         if "bodies" in self.found:
             errors = [body.get("nmse") for body in self.found["bodies"]]
             return None if None in errors else max(errors)
@@ -152,11 +154,12 @@ class Result(_Folder):
     """
 
     def __init__(self, folder: Path, kept: Optional[Temporary] = None,
-                 warnings: "list[str]" = []):
+                 warnings: "Optional[list[str]]" = None):
         super().__init__(folder, kept)
         if not (self.folder / "manifest.json").is_file():
             raise UsageError(f"{self.folder} is no folder of a finished run", "run.incomplete")
-        self.warnings = list(warnings)
+        #: "[name] message"
+        self.warnings = list(self._json("manifest.json").get("warnings", []) if warnings is None else warnings)
         self.found = self._json("equation.json")  #: as docs/reference.md has it
         self.text = self._text("equation.txt")
         self.equations = [*self._of_ranges(), *self._of_bodies()]
@@ -175,7 +178,7 @@ class Result(_Folder):
 
     def _of_bodies(self) -> "list[Equation]":
         found, at = [], 0
-        covariance = np.array(self.found.get("covariance", []), dtype=float)
+        covariance = np.array(self.found.get("covariance") or np.empty((0, 0)), dtype=float)
         for body in self.found.get("bodies", []):
             count = len(body["terms"])
             own = covariance[at:at + count, at:at + count]
@@ -201,44 +204,53 @@ class Result(_Folder):
 
     def free_run(self, of: str = "") -> Optional[Curves]:
         """Of the test rows of a range, or of a body; left out: those of `equation`. None where there is none, or no
-        figures."""
+        figures. Raises KeyError for another name."""
         of = of or (self.equation.of if self.equation else "")
+        if not of:
+            return None
         for number, one in enumerate(self.found["ranges"], 1):
             if one["name"] == of:
                 return _curves(self.folder, f"range-{number}-*free-run.csv")
-        return _curves(self.folder, f"body-{of}-free-run.csv")
+        if all(str(body["body"]) != of for body in self.found.get("bodies", [])):
+            raise KeyError(f"{of!r}; there are {', '.join(one.of for one in self.equations)}")
+        return _curves(self.folder, f"body-{of}-free-run*.csv")
 
     def predict(self, recording: "Recording | Path", folder: Optional[Path] = None, *, range: str = "",
-                method: str = "", sidecar: Path = "", force: bool = False, threads: int = 0) -> Prediction:
-        """`ardent predict`: the equation on another recording of the same set-up."""
-        from ._identify import place_of  # needs this module
+                method: str = "", sidecar: Path = "", force: bool = False, num_threads: int = 0) -> Prediction:
+        """`ardent predict`: the equation on another recording of the same set-up, read as those of the run were."""
+        from ._identify import Place, options_of  # which needs this module
 
-        place = place_of(folder, "predict")
-        words = [str(self.folder), place.file_of(recording)]
-        for option, value in (("--range", range), ("--method", method), ("--sidecar", str(sidecar))):
-            if value:
-                words += [option, value]
-        said = command("predict", *words, folder=place.folder, force=force, threads=threads)
-        return Prediction(place.folder, place.kept, said.text)
+        own = options_of(recording)
+        sidecar = os.fspath(sidecar) or str(own.pop("sidecar", ""))
+        if own:
+            raise UsageError(f"{', '.join(own)}: a recording is predicted as those of the run were read; read it "
+                             "without", "recording.options")
+        options = [f"--{name}={value}" for name, value in
+                   (("range", range), ("method", method), ("sidecar", sidecar)) if value]
+        with Place(folder, "predict") as place:
+            said = command("predict", self.folder, place.file_of(recording), options=options, folder=place.folder,
+                           force=force, num_threads=num_threads)
+            return Prediction(place.folder, place.kept, said.text)
 
     def frc(self, folder: Optional[Path] = None, *, range: str = "", method: str = "", draws: int = 40,
-            static_friction: Optional[float] = None, set: "dict[str, object]" = {}, seed: int = 1, force: bool = False,
-            threads: int = 0) -> Response:
-        """`ardent frc`: frequency response, up and down. `set`: from_hz, to_hz, step_hz, amplitude_mm (or amplitude of a
+            static_friction: Optional[float] = None, set: "Optional[dict[str, object]]" = None, seed: int = 1,
+            force: bool = False, num_threads: int = 0) -> Response:
+        """`ardent frc`: frequency response, up and down. `set`: from_hz, to_hz, step_hz, amplitude_mm (amplitude of a
         force)."""
-        from ._identify import place_of
+        from ._identify import Place
 
-        place = place_of(folder, "frc")
-        words = [str(self.folder), "--draws", str(draws), "--seed", str(seed)]
-        for option, value in (("--range", range), ("--method", method), ("--static-friction", static_friction)):
-            if value not in ("", None):
-                words += [option, str(value)]
-        said = command("frc", *words, folder=place.folder, force=force, threads=threads, set=set)
-        return Response(place.folder, place.kept, said.text)
+        options = [f"--draws={draws}", f"--seed={seed}"]
+        options += [f"--{name}={value}" for name, value in
+                    (("range", range), ("method", method), ("static-friction", static_friction))
+                    if value not in ("", None)]
+        with Place(folder, "frc") as place:
+            said = command("frc", self.folder, options=options, folder=place.folder, force=force,
+                           num_threads=num_threads, set=set)
+            return Response(place.folder, place.kept, said.text)
 
     def export(self, to: str, folder: Path, *, force: bool = False) -> pathlib.Path:
         """`ardent export`: to "python", "matlab", "c", "modelica", "latex", "json" or "fmu"."""
-        command("export", str(self.folder), "--to", to, folder=folder, force=force)
+        command("export", self.folder, options=[f"--to={to}"], folder=folder, force=force)
         return pathlib.Path(folder)
 
     def plot(self, of: str = ""):
@@ -248,15 +260,22 @@ class Result(_Folder):
         curves = self.free_run(of)
         if curves is None:
             raise UsageError("there is no free run to plot; `text` says why", "plot.no_free_run")
-        figure, (above, below) = pyplot.subplots(2, 1, sharex=True, height_ratios=(3, 1), layout="constrained")
+        figure, (above, below) = pyplot.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1)})
         above.plot(curves.t, curves.measured, label="measured")
         above.plot(curves.t, curves.free_run, "--", label="free run")
-        above.set_ylabel("x")
+        above.set_ylabel(f"x{of} ({self._length_unit()})")
         above.legend(loc="upper right")
         below.plot(curves.t, curves.measured - curves.free_run)
-        below.set_ylabel("difference")
+        below.set_ylabel(f"difference ({self._length_unit()})")
         below.set_xlabel("t (s)")
         return figure
+
+    def _length_unit(self) -> str:
+        for one in self.found["ranges"]:
+            for fit in one.get("methods", []):
+                for coordinates in fit.get("coordinates", []):
+                    return coordinates["unit"]
+        return self.found.get("length_unit", "m")
 
     def __str__(self) -> str:
         return self.text.rstrip()

@@ -262,3 +262,16 @@ TEST_CASE("a second force that nobody recorded is missed, not the end of the pro
     if (file != real) CHECK_THAT(ended.out, Catch::Contains("drives the motion"));
   }
 }
+
+TEST_CASE("where the force arrives late its lag is proposed, if there is a displacement and the config allows one",
+          "[apps][page]") {
+  Run run = failed(ident::Cause::late_input);
+  CHECK_THAT(run.proposed(), Catch::Contains("record what arrives, or a displacement"));
+  run.prepared().channels = {{.name = "x", .role = dsp::Role::x, .unit = "m"}};
+  CHECK_THAT(run.proposed(), Catch::Contains("| [library]\n| inner = \"lag\"\n"));
+  run.config.test_recordings.emplace_back();
+  CHECK_THAT(run.proposed(), Catch::Contains("record what arrives") && !Catch::Contains("inner"));
+  run.config.test_recordings.clear();
+  run.config.fit.target = "ddy";
+  CHECK_THAT(run.proposed(), !Catch::Contains("inner"));
+}

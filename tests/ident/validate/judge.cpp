@@ -589,3 +589,24 @@ TEST_CASE("every rule of the verdict says what it is about, once", "[ident][rule
     names.push_back(rule.name);
   }
 }
+
+TEST_CASE("a motion that answers later than its sensors are out of step has a force that arrives late",
+          "[ident][findings]") {
+  auto result = range("low", 0.5, 0.05);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.by_likelihood = true;
+  result.likelihood.gain_of_process_noise = 1e3;  // so it does not explain the samples
+  result.likelihood.unexplained_std = 0.3;
+  fit.sensors = {{.name = "lag of x", .unit = "s", .prior_std = 3e-3, .mean = 0.04, .std = 1e-3}};
+  fit.model.coordinates = {{.recording = "one", .lead_s = -0.04, .lead_std_s = 1e-3}};
+  CHECK(ident::lateness_s(fit) == 0.04);
+  CHECK(of(result).cause == ident::Cause::late_input);
+  CHECK_THAT(of(result).sentence, Catch::Contains("0.04 s late"));
+  fit.model.coordinates[0].lead_s = 0.04;  // early: no actuator
+  CHECK_FALSE(ident::lateness_s(fit).has_value());
+  CHECK(of(result).cause != ident::Cause::late_input);
+  fit.model.coordinates[0].lead_s = -0.011;  // sensors may be
+  CHECK_FALSE(ident::lateness_s(fit).has_value());
+  fit.model.coordinates[0] = {.recording = "one", .lead_s = -0.04, .lead_std_s = 0.02};
+  CHECK_FALSE(ident::lateness_s(fit).has_value());
+}
