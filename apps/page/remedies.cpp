@@ -194,11 +194,12 @@ bool has_displacement(const RunResults& results) {
 
 Remedy of_late_input(const RunResults& results) {
   const std::string why =
-      "What drives the motion arrives late, as behind an actuator that follows its command with a lag of first order";
+      "What drives the motion arrives late, as an actuator that follows its command with a lag of first order";
   if (!has_displacement(results))
-    return {why + ": record what arrives, or a displacement, from which it is found.", {}};
-  if (!may_have_inner(results)) return {why + ": record what arrives.", {}};
-  return {why + ". To find that lag, set in the config:", {"[library]", "inner = \"lag\""}};
+    return {why + " would make it: record what arrives, or a displacement, from which a lag is found.", {}};
+  if (!may_have_inner(results)) return {why + " would make it: record what arrives.", {}};
+  return {why + " would make it. To find whether there is such a lag, set in the config:",
+          {"[library]", "inner = \"lag\""}};
 }
 
 Remedy of_missing_term(const RunResults& results, const ident::JudgedFit& fit) {

@@ -198,7 +198,7 @@ std::optional<double> lateness_s(const JudgedFit& fit) {
   double known_s = 0.0;
   for (const SensorEstimate& sensor : fit.sensors)
     if (sensor.unit == "s") known_s = std::max(known_s, sensor.prior_std);
-  if (!fit.by_likelihood || !(known_s > 0.0)) return std::nullopt;
+  if (!fit.by_likelihood || fit.free_run.alone || !(known_s > 0.0)) return std::nullopt;
   for (const Coordinates& one : fit.model.coordinates)
     if (one.lead_s < -far_off * std::hypot(known_s, one.lead_std_s)) return -one.lead_s;
   return std::nullopt;

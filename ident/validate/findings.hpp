@@ -67,8 +67,8 @@ struct Findings {
 /// are not linear make.
 [[nodiscard]] bool better_term_exists(const JudgedFit& fit, const Findings& found);
 
-/// By how much the motion answers what drives it late, where that is far beyond what its sensors may be out of step by;
-/// nothing elsewhere.
+/// By how much the motion answers late what drives it in the equation, where that is far beyond what its sensors may be
+/// out of step by; nothing elsewhere.
 [[nodiscard]] std::optional<double> lateness_s(const JudgedFit& fit);
 
 /// Why an equation does not describe its record.

@@ -59,7 +59,7 @@ std::string cause_clause(const JudgedFit& fit, const Findings& found, const Name
     case Cause::late_input:
       return fmt::format(
           "the motion answers what drives it {:.2g} s late, more than sensors are out of step by, and not as after a "
-          "delay: an inner state, such as an actuator's lag, is missing",
+          "delay; an actuator with a lag would make it so",
           lateness_s(fit).value_or(0.0));
     case Cause::switch_variable:
     case Cause::not_found:

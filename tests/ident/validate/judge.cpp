@@ -602,6 +602,9 @@ TEST_CASE("a motion that answers later than its sensors are out of step has a fo
   CHECK(ident::lateness_s(fit) == 0.04);
   CHECK(of(result).cause == ident::Cause::late_input);
   CHECK_THAT(of(result).sentence, Catch::Contains("0.04 s late"));
+  fit.free_run.alone = true;  // nothing in it is late
+  CHECK_FALSE(ident::lateness_s(fit).has_value());
+  fit.free_run.alone = false;
   fit.model.coordinates[0].lead_s = 0.04;  // early: no actuator
   CHECK_FALSE(ident::lateness_s(fit).has_value());
   CHECK(of(result).cause != ident::Cause::late_input);
