@@ -121,7 +121,8 @@ std::string unknown_command(const Program& program, const std::vector<std::strin
 
 /// A sentence on what was typed wrongly: the nearest command or option, or what is missing.
 std::string usage_message(const CLI::App& app, const Program& program, const CLI::ParseError& error) {
-  const std::vector<std::string> rest = app.remaining(true);
+  std::vector<std::string> rest = app.remaining(true);
+  std::erase(rest, "--");
   const Command* const command = named_command(app, program);
   if (command == nullptr) return unknown_command(program, rest);
   for (const std::string& word : rest)

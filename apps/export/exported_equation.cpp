@@ -209,9 +209,13 @@ std::string program_name(const std::string& signal) {
 
 std::string meaning_of(const ExportedEquation& equation, const std::string& signal) {
   const dsp::SignalInfo* info = dsp::find_signal(signal);
+  std::string unit(info == nullptr ? "" : info->unit);
+  const auto& coordinates = equation.model.coordinates;
+  if (unit.starts_with("m") && !coordinates.empty() && !coordinates.front().unit.empty())  // of an angle: rad, rad/s
+    unit.replace(0, 1, coordinates.front().unit);
   std::string text = info == nullptr || info->role == dsp::Role::other
                          ? std::string("as recorded")
-                         : fmt::format("{}{}{}", dsp::in_words(info->role), info->unit.empty() ? "" : ", ", info->unit);
+                         : fmt::format("{}{}{}", dsp::in_words(info->role), unit.empty() ? "" : ", ", unit);
   for (const ident::Extent& extent : equation.model.extents)
     if (extent.signal == signal) text += fmt::format("; fitted from {:.6g} to {:.6g}", extent.lowest, extent.highest);
   return text;

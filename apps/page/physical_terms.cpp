@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 
@@ -25,10 +27,10 @@ bool is_acceleration(const std::string& name) {
   return name == "a" || name == "ddy";
 }
 
-/// At this x and at rest, every switch on this side; NaN where it is not finite.
+/// At this x, or y, and at rest, every switch on this side; NaN where it is not finite.
 double at_rest(const ident::Expression& expression, double x, double side) {
   std::vector<double> values;
-  for (const std::string& signal : expression.signals()) values.push_back(signal == "x" ? x : 0.0);
+  for (const std::string& signal : expression.signals()) values.push_back(signal == "x" || signal == "y" ? x : 0.0);
   const std::vector<double> sides(expression.switches().size(), side);
   return expression.evaluate(values.data(), sides.data());
 }
@@ -106,6 +108,13 @@ class RestoringTerms {
     return side;
   }
 
+  /// The restoring force per mass.
+  [[nodiscard]] double pull(double x, const VectorXd& coefficients) const {
+    double force = 0.0;
+    for (const Term& term : terms_) force += sign_ * finite_at_rest(term.term, x) * coefficients(term.index);
+    return force / (mass_ ? mass_->dot(coefficients) : 1.0);
+  }
+
   /// Where the restoring force passes zero towards its own side, between two positions; nearest to their middle.
   [[nodiscard]] std::optional<double> balance(const VectorXd& coefficients, double lowest, double highest) const {
     if (of_y_) return 0.0;  // which is x but for a constant
@@ -140,6 +149,56 @@ class RestoringTerms {
 
 bool has(const VectorXd& weights) {
   return (weights.array() != 0.0).any();
+}
+
+/// Of free vibration without damping that begins at rest at `from`, from its energy: with `pull` the restoring force
+/// per mass, which passes zero at `rest`, T = 2 int dx / sqrt(2 int_x^turn pull). NaN where it does not come back.
+double vibration_hz(const std::function<double(double)>& pull, double rest, double from) {
+  constexpr std::array nodes{0.3399810435848563, 0.8611363115940526}, weights{0.6521451548625461, 0.3478548451374538};
+  const auto energy = [&](double a, double b) {  // Gauss and Legendre's rule of four points
+    double sum = 0.0;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      for (const double side : {-1.0, 1.0})
+        sum += 0.5 * (b - a) * weights[i] * pull(0.5 * (a + b) + 0.5 * side * nodes[i] * (b - a));
+    return sum;
+  };
+  // The other turning point: as far up the other side.
+  constexpr int steps = 32, farthest = 8 * steps, halvings = 50;
+  double left = 0.0, to = rest;
+  for (int i = 0; i < steps; ++i)
+    left += energy(rest + (from - rest) * i / steps, rest + (from - rest) * (i + 1) / steps);
+  for (int i = 0; i < farthest && left > 0.0; ++i) {
+    const double next = to - (from - rest) / steps;
+    if (const double used = energy(to, next); used < left) {
+      left -= used;
+      to = next;
+      continue;
+    }
+    double below = to, above = next;
+    for (int k = 0; k < halvings; ++k) {
+      const double between = 0.5 * (below + above);
+      (energy(to, between) < left ? below : above) = between;
+    }
+    to = 0.5 * (below + above);
+    left = 0.0;
+  }
+  if (left > 0.0 || to == rest) return nan;
+  // Midpoints of an angle between the ends, where the root is zero; from either end, or it would cancel.
+  constexpr int points = 64;
+  const double middle = 0.5 * (from + to), half = 0.5 * (to - from);
+  const auto angle = [&](double i) { return std::numbers::pi * ((i + 0.5) / points - 0.5); };
+  double period_s = 0.0;
+  for (const double end : {-1.0, 1.0}) {
+    double at = middle + end * half, kinetic = 0.0;
+    for (int i = 0; i < points / 2; ++i) {
+      const double x = middle - end * half * std::sin(angle(i));
+      kinetic += energy(x, at);
+      at = x;
+      if (!(kinetic > 0.0)) return nan;
+      period_s += 2.0 * std::numbers::pi / points * std::abs(half) * std::cos(angle(i)) / std::sqrt(2.0 * kinetic);
+    }
+  }
+  return 1.0 / period_s;
 }
 
 double hertz(double omega_squared) {
@@ -221,8 +280,11 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Physic
   const char* of_spring = (bend > 0.0) != (k3(mean) > 0.0) ? "k3/m" : bend > 0.0 ? "hardening k3/m" : "softening k3/m";
   add(of_spring, fmt::format("1/({}^2 s^2)", x_unit), k3);
   if (springs_back && amplitude > 0.0)
-    add(fmt::format("frequency at {:.3g} {} amplitude", amplitude, x_unit), "Hz",
-        [&](const VectorXd& c) { return hertz(k(c) + 0.75 * hardening(c) * amplitude * amplitude); });
+    add(fmt::format("frequency at {:.3g} {} amplitude", amplitude, x_unit), "Hz", [&](const VectorXd& c) {
+      const double about = moved ? position(c) : *rest;
+      const bool above = context.highest - *rest >= *rest - context.lowest;
+      return vibration_hz([&](double x) { return all.pull(x, c); }, about, about + (above ? amplitude : -amplitude));
+    });
   return terms;
 }
 

@@ -134,7 +134,7 @@ void write_words(HtmlWriter& html) {
       {"sgn(v)", "the sign of the velocity, +1 or -1: dry friction."},
       {"k3/m", "cubic stiffness per mass: the restoring force per mass is (k/m) x + (k3/m) x^3."},
       {"frequency at an amplitude",
-       "of free vibration without damping at amplitude A of x: sqrt(k/m + 3/4 (k3/m) A^2) / (2 pi). A resonance peak "
+       "of free vibration without damping that begins at rest, so far from where the payload rests. A resonance peak "
        "of that amplitude is near it."},
       {"NMSE",
        "power of the error as a fraction of the power of the signal (about its mean where so stated). 0.01 is an error "

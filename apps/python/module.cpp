@@ -27,6 +27,7 @@
 #include "dsp/io/array_file.hpp"
 #include "dsp/io/recording_files.hpp"
 #include "dsp/io/sidecar.hpp"
+#include "dsp/io/units.hpp"
 #include "dsp/names.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/read_recording.hpp"
@@ -326,5 +327,7 @@ PYBIND11_MODULE(_ardent, module) {
       },
       py::arg("prepared"), py::kw_only(), py::arg("stick_speed_m_per_s"), py::arg("stick_duration_s"),
       py::arg("high_amplitude_m"));
+  module.def(
+      "is_unit", [](const std::string& text) { return dsp::is_unit(text); }, py::arg("text"));
   module.def("command", &command, py::arg("words"), py::arg("said"));
 }

@@ -33,6 +33,7 @@ struct Findings {
   bool may_lack_at_motion = false;  ///< a term that is not in the equation may show there
   bool shows_at_motion = false;     ///< one does, beyond chance
   bool too_sensitive = false;  ///< x is missed by a run whose errors grow tenfold and again, with noise alone left over
+  bool is_buried = false;      ///< most of x is its noise: following it shows nothing
   bool is_conservative = false;  ///< nothing drives the equation or damps it: every steady motion of its period will do
   bool fitted_to_its_rows = false;
   /// Terms whose 95 % interval includes zero by noise alone, sensors and terms that were left out aside, in a fit of

@@ -98,7 +98,9 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
   return fmt::format("the free run {}{} (NMSE {:.2g}, an error of {} of its rms{}{}{}){}", how,
                      on_training ? " through the training rows" : "", error, percent(std::sqrt(error)), noise,
                      run.sticks ? ", sticking at times" : "", restarted,
-                     found.too_sensitive ? ", but so sensitive a motion does not decide" : "");
+                     found.too_sensitive ? ", but so sensitive a motion does not decide"
+                     : found.is_buried   ? ", but most of x is its noise, so that decides nothing"
+                                         : "");
 }
 
 std::string residual_clause(const JudgedFit& fit, const Findings& found) {

@@ -226,9 +226,30 @@ std::string means_taken(const Model& model, const std::string& fitted_as) {
 
 }  // namespace
 
+namespace {
+
+/// Throws Fault (input) predict.input where the equation has a signal that the recording does not.
+void require_signals(const Model& model, const Record& record) {
+  std::vector<std::string> names;
+  for (const dsp::Signal& signal : record.prepared.signals.signals)
+    if (signal.name != "t") names.push_back(signal.name);
+  for (const ModelTerm& term : model.terms) {
+    const Expression expression(term.name);
+    for (const std::string& signal : expression.signals())
+      if (record.prepared.signals.find(signal) == nullptr)
+        throw dsp::Fault(dsp::FaultKind::input, "predict.input",
+                         fmt::format("{}: no {}, which the equation has; there are {}. Want a recording of the same "
+                                     "channels; one that is called otherwise is named in its sidecar",
+                                     record.prepared.name, signal, fmt::join(names, ", ")));
+  }
+}
+
+}  // namespace
+
 RecordPrediction predict(const Model& joint, const Model& joint_linear, const Record& record,
                          const PredictOptions& options) {
   const Model model = equation_for(joint, options.fitted_as), linear = equation_for(joint_linear, options.fitted_as);
+  require_signals(model, record);
   const Course course = whole_course(record.prepared.signals);
   RecordPrediction result;
   result.coordinates = coordinates_for(model, record, course, options.fitted_as);

@@ -46,7 +46,8 @@ struct PredictOptions {
 /// model states: of a recording that it was fitted to, its own; of another, with f led as in those, and x about the
 /// zero that a person stated, else about the one with which the equation's acceleration is closest to the recorded one
 /// (a constant of its own, which the remark names). Where x or v are beyond what the equation was fitted to, the remark
-/// says so. `linear`: what is to be beaten; without terms: nothing is.
+/// says so. `linear`: what is to be beaten; without terms: nothing is. Throws dsp::Fault (input) predict.input where
+/// the recording lacks a signal of the equation.
 [[nodiscard]] RecordPrediction predict(const Model& model, const Model& linear, const Record& record,
                                        const PredictOptions& options = {});
 

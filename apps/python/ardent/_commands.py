@@ -6,9 +6,10 @@ import json
 import logging
 import os
 from dataclasses import dataclass
-from typing import Mapping, Optional, Sequence, Union
+from typing import Iterator, Mapping, Optional, Sequence, Union
 
 from . import _ardent
+from ._errors import UsageError
 
 _log = logging.getLogger("ardent")
 
@@ -28,6 +29,17 @@ def _setting(value: object) -> str:
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
+def _flat(settings: Mapping[str, object], above: str = "") -> "Iterator[tuple[str, object]]":
+    """{"library": {"order": 5}} as {"library.order": 5}."""
+    if not hasattr(settings, "items"):
+        raise UsageError(f"set is of type {type(settings).__name__}; want {{\"library.order\": 5}}", "config.key")
+    for key, value in settings.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{above}{key}.")
+        else:
+            yield f"{above}{key}", value
+
+
 def _log_line(line: str) -> None:
     line = line.rstrip()
     level = logging.WARNING if line.startswith(("warning ", "error ")) else logging.INFO
@@ -45,7 +57,7 @@ def command(name: str, *words: "Union[str, os.PathLike[str]]", options: Sequence
         line += ["-o", os.fspath(folder)]
     line += ["--force"] if force else []
     line += ["--threads", str(num_threads)] if num_threads else []
-    for key, value in (set or {}).items():
+    for key, value in _flat(set or {}):
         line += ["--set", f"{key}={_setting(value)}"]
     line += ["--", *(os.fspath(word) for word in words)] if words else []
     return Said(*_ardent.command(line, _log_line))

@@ -31,5 +31,11 @@ class OutputError(Error, OSError):
     """A result cannot be written."""
 
 
+#: Where the program's own remedy is of the command line.
+_IN_PYTHON = {"output.exists": "force=True, or another folder", "output.foreign": "another folder"}
+
+
 def of_kind(kind: int, message: str, name: str, lines: str) -> Error:
+    if name in _IN_PYTHON:
+        message += f" In Python: {_IN_PYTHON[name]}."
     return (UsageError, InputError, NumericsError, OutputError)[kind](message, name, lines)

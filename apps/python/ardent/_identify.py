@@ -34,6 +34,7 @@ class Place:
 
     def file_of(self, recording: "Recording | Path") -> str:
         """The file that a recording is, or becomes: one with the same bytes is used again."""
+        recording, = listed(recording)
         if not isinstance(recording, Recording):
             return os.fspath(recording)
         if recording.path is not None:
@@ -85,10 +86,14 @@ def _same(one: pathlib.Path, other: pathlib.Path) -> bool:
     return other.is_file() and filecmp.cmp(one, other, shallow=False)
 
 
-def _listed(recordings: Recordings) -> "list[Recording | Path]":
-    if isinstance(recordings, (Recording, str, os.PathLike)):
-        return [recordings]
-    return list(recordings)
+def listed(recordings: Recordings) -> "list[Recording | Path]":
+    one = isinstance(recordings, (Recording, str, os.PathLike))
+    found = list(recordings) if not one and isinstance(recordings, (list, tuple)) else [recordings]
+    for recording in found:
+        if not isinstance(recording, (Recording, str, os.PathLike)):
+            raise UsageError(f"a recording is of type {type(recording).__name__}; want the name of a file, or arrays "
+                             "as ardent.Recording({\"x\": x, \"f\": f}, rate_hz=100)", "array.kind")
+    return found
 
 
 def options_of(recording: "Recording | Path") -> "dict[str, object]":
@@ -108,7 +113,7 @@ def identify(recordings: Recordings, folder: Optional[Path] = None, *, test: Rec
     `rows`, `figures`: whether tables with a row a sample, and figures, are written. Where no equation is found the
     result says why. Raises Error, KeyboardInterrupt, MemoryError.
     """
-    fitted, tested = _listed(recordings), _listed(test)
+    fitted, tested = listed(recordings), listed(test)
     if not fitted:
         raise UsageError("there is no recording to identify; want one at least", "recording.none")
     with Place(folder, "run") as place:

@@ -8,6 +8,7 @@ from typing import Iterator
 import numpy as np
 
 from . import _ardent
+from ._errors import UsageError
 from ._recording import Check, Interval, Path, Recording, read
 
 
@@ -28,6 +29,8 @@ class Prepared:
         self.checks = [Check(*one) for one in core.checks]
 
     def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self.signals:
+            raise KeyError(f"{name!r}; there are {', '.join(self)}")
         return self.signals[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -43,7 +46,7 @@ def prepare(recording: "Recording | Path", *, rate_hz: float = 0.0, cutoff_hz: f
     """Low-pass, decimation, x = y - r and derivatives. `rate_hz`, `cutoff_hz` left out: the recording's own rate, and
     0.4 of the rate. `recipe`: "matched", or "paper" as in [QZS23]. Arrays are read where they are. Raises Error."""
     if recipe not in ("matched", "paper"):
-        raise ValueError(f"recipe is '{recipe}'; want \"matched\" or \"paper\"")
+        raise UsageError(f"recipe is '{recipe}'; want \"matched\" or \"paper\"", "config.word")
     source = recording if isinstance(recording, Recording) else read(recording)
     return Prepared(_ardent.prepare(source._source, rate_hz=rate_hz, cutoff_hz=cutoff_hz, recipe=recipe,
                                     num_threads=num_threads))
@@ -63,6 +66,9 @@ class Regime:
 def find_regimes(prepared: Prepared, *, stick_speed_m_per_s: float = 0.0, stick_duration_s: float = 0.0,
                  high_amplitude_m: float = 0.0) -> "list[Regime]":
     """Amplitude regimes, one after the other. Thresholds left out are chosen from the record itself."""
+    if not isinstance(prepared, Prepared):
+        raise UsageError(f"find_regimes is given {type(prepared).__name__}; want what ardent.prepare() returns",
+                         "array.kind")
     return [Regime(*one) for one in _ardent.find_regimes(prepared._core, stick_speed_m_per_s=stick_speed_m_per_s,
                                                          stick_duration_s=stick_duration_s,
                                                          high_amplitude_m=high_amplitude_m)]

@@ -56,7 +56,23 @@ _UNIT = re.compile(r"\s*[\[(][^\[(]*[\])]\s*$")  # what is behind the name in "x
 _REMEDIES = {
     "rate.missing": "neither rate_hz nor a clock among the arrays; want rate_hz=, or an array t in seconds",
     "calibration.missing": "an array with a role and no unit; want units=, as units={\"motor\": \"N\"}",
+    "clock.jitter": "the times are not even; want even ones, as np.interp(np.arange(t[0], t[-1], step), t, x)",
+    "clock.repeated": "times repeat; leave t out and give rate_hz=, if the samples are even",
 }
+_NAMES = ('In Python: roles={"NAME": "x"} (y, r, ddy, ddr, f, ...), units={"NAME": "mm"}, bodies={"NAME": 1} say of an '
+          "array what its name does not.")
+_UNITS = "m, mm, um, in, m/s, m/s^2, g, N, kN, rad, deg, V"
+
+
+def _mapping(what: str, given: object, example: str) -> dict:
+    """`given` as a dictionary; of a structured array its fields."""
+    if given is None:
+        return {}
+    if isinstance(given, np.ndarray) and given.dtype.names:
+        return {name: given[name] for name in given.dtype.names}
+    if not hasattr(given, "items"):
+        raise UsageError(f"{what} is of type {type(given).__name__}; want names and values, as {example}", "array.kind")
+    return dict(given.items())
 
 
 def toml_text(text: str) -> str:
@@ -116,14 +132,24 @@ class Recording:
                  bodies: Optional[Mapping[str, int]] = None, name: str = "recording"):
         if not name or name.startswith((".", "-")) or any(sign in name for sign in "/\\\0\n"):
             raise UsageError(f"a recording cannot be called '{name}'; want a name that a file could have", "array.name")
+        named = _mapping("arrays", arrays, "ardent.Recording({\"x\": x, \"f\": f}, rate_hz=100)")
+        unused = _mapping("units", units, "units={\"x\": \"mm\"}")
+        roles = _mapping("roles", roles, "roles={\"motor\": \"f\"}")
+        bodies = _mapping("bodies", bodies, "bodies={\"floor\": 2}")
+        for unit in unused.values():
+            if not _ardent.is_unit(str(unit)):
+                raise UsageError(f"units: '{unit}' is not known; want such as {_UNITS}", "unit.unknown")
+        try:
+            rate_hz = None if rate_hz is None else float(rate_hz)
+        except (TypeError, ValueError):
+            raise UsageError(f"rate_hz is {rate_hz!r}; want a number", "array.rate") from None
         if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0):
             raise UsageError(f"rate_hz is {rate_hz}; want samples a second, above 0", "array.rate")
         self.path: Optional[pathlib.Path] = None
         self.name = name
         self.rate_is_given = rate_hz is not None
         self._arrays: "dict[str, np.ndarray]" = {}
-        unused = dict(units or {})
-        for key, values in arrays.items():
+        for key, values in named.items():
             own = str(key)
             base = _UNIT.sub("", own)
             unit = unused.pop(own, None) or unused.pop(base, None)
@@ -133,18 +159,26 @@ class Recording:
                                  "array.name")
             self._arrays[called] = _readable(own, values)
         if unused:
-            raise UsageError(f"units: there is no array {', '.join(unused)}, only {', '.join(map(str, arrays))}",
+            raise UsageError(f"units: there is no array {', '.join(unused)}, only {', '.join(map(str, named))}",
                              "array.name")
+        lengths = {called: max(array.shape) for called, array in self._arrays.items() if array.size > 1}
+        if len(set(lengths.values())) > 1:
+            raise UsageError("arrays differ in length: " + ", ".join(f"{one} has {count} values" for one, count in
+                             lengths.items()) + "; want one length", "array.length")
         self._options: dict = {}
         try:
-            self._source = _ardent.Source(f"{name}.npz", list(self._arrays.items()), rate_hz, dict(roles or {}),
-                                          dict(bodies or {}))
+            self._source = _ardent.Source(f"{name}.npz", list(self._arrays.items()), rate_hz,
+                                          {str(key): str(role) for key, role in roles.items()},
+                                          {str(key): int(body) for key, body in bodies.items()})
             self._begin()
         except InputError as error:
-            remedy = _REMEDIES.get(error.name)
-            if remedy is None:
-                raise
-            raise InputError(f"{name}: {remedy}", error.name) from None
+            if error.name in _REMEDIES:
+                raise InputError(f"{name}: {_REMEDIES[error.name]}", error.name) from None
+            raise InputError(f"{error.args[0]} {_NAMES}", error.name) from None
+        except UsageError as error:
+            raise UsageError(f"{error.args[0]} {_NAMES}", error.name) from None
+        except (TypeError, ValueError) as error:
+            raise UsageError(f"{name}: {error}. {_NAMES}", "array.role") from None
 
     @classmethod
     def _of_file(cls, file: Path, options: dict) -> "Recording":
@@ -209,7 +243,8 @@ class Recording:
         return any(name in (channel.name, channel.role) for channel in self.channels)
 
     def __repr__(self) -> str:
-        names = ", ".join(f"{one.name} [{one.unit}]" for one in self.channels)
+        names = ", ".join(f"{one.name} [{one.unit}]" + ("" if one.role in (one.name, "other") else f" as {one.role}")
+                          for one in self.channels)
         return f"<ardent.Recording {self.name}: {names}; {self.duration_s:g} s at {self.rate_hz:g} Hz>"
 
     def save(self, file: Path) -> pathlib.Path:

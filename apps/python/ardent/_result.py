@@ -11,7 +11,7 @@ import shutil
 import tempfile
 import weakref
 from dataclasses import dataclass, field
-from typing import Optional
+from typing import Iterator, Optional
 
 import numpy as np
 
@@ -41,6 +41,15 @@ class Equation:
     text: str
     covariance: np.ndarray = field(repr=False, compare=False)
 
+    def __iter__(self) -> "Iterator[Term]":
+        return iter(self.terms)
+
+    def __len__(self) -> int:
+        return len(self.terms)
+
+    def __contains__(self, term: object) -> bool:
+        return any(one.name == term for one in self.terms)
+
     def __getitem__(self, term: str) -> Term:
         for one in self.terms:
             if one.name == term:
@@ -65,7 +74,18 @@ class Temporary:
 
     def __init__(self) -> None:
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="ardent-"))
-        weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
+        weakref.finalize(self, _remove, self.folder, os.getpid())
+
+    def __deepcopy__(self, _: dict) -> "Temporary":
+        return self
+
+    def __reduce__(self):
+        raise TypeError("results in a temporary folder stay in their process; give folder= to keep them for others")
+
+
+def _remove(folder: pathlib.Path, owner: int) -> None:
+    if os.getpid() == owner:  # and no fork of it
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 class _Folder:
@@ -199,6 +219,12 @@ class Result(_Folder):
         return self.folder / "report.html"
 
     @property
+    def tests(self) -> "list[dict]":
+        """Of the recordings that were given as `test`, in order: predict-N-NAME.json."""
+        files = sorted(self.folder.glob("predict-*.json"), key=lambda file: int(file.name.split("-")[1]))
+        return [self._json(file.name) for file in files]
+
+    @property
     def details(self) -> str:
         return self._text("details.txt")
 
@@ -216,8 +242,10 @@ class Result(_Folder):
         return _curves(self.folder, f"body-{of}-free-run*.csv")
 
     def predict(self, recording: "Recording | Path", folder: Optional[Path] = None, *, range: str = "",
-                method: str = "", sidecar: Path = "", force: bool = False, num_threads: int = 0) -> Prediction:
-        """`ardent predict`: the equation on another recording of the same set-up, read as those of the run were."""
+                method: str = "", sidecar: Path = "", set: "Optional[dict[str, object]]" = None, force: bool = False,
+                num_threads: int = 0) -> Prediction:
+        """`ardent predict`: the equation on another recording of the same set-up, read as those of the run were. `set`:
+        of [prepare] and [[recording]], such as {"prepare.cutoff_hz": 20} for a lower rate."""
         from ._identify import Place, options_of  # which needs this module
 
         own = options_of(recording)
@@ -229,7 +257,7 @@ class Result(_Folder):
                    (("range", range), ("method", method), ("sidecar", sidecar)) if value]
         with Place(folder, "predict") as place:
             said = command("predict", self.folder, place.file_of(recording), options=options, folder=place.folder,
-                           force=force, num_threads=num_threads)
+                           force=force, num_threads=num_threads, set=set)
             return Prediction(place.folder, place.kept, said.text)
 
     def frc(self, folder: Optional[Path] = None, *, range: str = "", method: str = "", draws: int = 40,
@@ -259,7 +287,8 @@ class Result(_Folder):
 
         curves = self.free_run(of)
         if curves is None:
-            raise UsageError("there is no free run to plot; `text` says why", "plot.no_free_run")
+            raise UsageError("there is no free run to plot: `text` says why, or figures=False left it out",
+                             "plot.no_free_run")
         figure, (above, below) = pyplot.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1)})
         above.plot(curves.t, curves.measured, label="measured")
         above.plot(curves.t, curves.free_run, "--", label="free run")

@@ -110,4 +110,8 @@ TEST_CASE("predict says what it cannot do in a line", "[apps][predict]") {
   const auto no_sidecar = support::run(folder, "$ARDENT predict run other/response.csv --sidecar nothing.toml");
   CHECK(no_sidecar.code == 2);
   CHECK_THAT(no_sidecar.err, Catch::Contains("nothing.toml"));
+  const auto no_input =
+      support::run(folder, "cut -d, -f1,2 other/response.csv > alone.csv && $ARDENT predict run alone.csv");
+  CHECK(no_input.code == 3);
+  CHECK_THAT(no_input.err, Catch::Contains("error [predict.input] alone.csv: no f, which the equation has"));
 }

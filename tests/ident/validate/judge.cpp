@@ -613,3 +613,15 @@ TEST_CASE("a motion that answers later than its sensors are out of step has a fo
   fit.model.coordinates[0] = {.recording = "one", .lead_s = -0.04, .lead_std_s = 0.02};
   CHECK_FALSE(ident::lateness_s(fit).has_value());
 }
+
+TEST_CASE("where most of x is noise a free run decides nothing", "[ident][findings]") {
+  auto result = range("low", 0.9, 1e-3);
+  ident::JudgedFit& fit = result.fits[0];
+  fit.free_run.mean_square = 1.0;
+  fit.noise.x_std = 0.6;
+  CHECK_FALSE(ident::findings_of(result, fit).is_buried);
+  fit.noise.x_std = 0.8;
+  CHECK(ident::findings_of(result, fit).is_buried);
+  CHECK(of(result).verdict == Verdict::undecided);
+  CHECK_THAT(of(result).sentence, Catch::Contains("most of x is its noise"));
+}
