@@ -19,7 +19,7 @@
 
 // What FFTW calls where it gets no memory; its own prints and aborts. Ours comes first as long as FFTW is a shared
 // library. The exception passes through C code, which on Linux unwinds as C++ does.
-extern "C" [[noreturn]] void fftw_assertion_failed(const char*, int, const char*) {
+extern "C" [[noreturn, gnu::visibility("default")]] void fftw_assertion_failed(const char*, int, const char*) {
   throw std::bad_alloc();
 }
 
