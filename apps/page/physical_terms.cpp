@@ -151,25 +151,29 @@ bool has(const VectorXd& weights) {
   return (weights.array() != 0.0).any();
 }
 
-/// Of free vibration without damping that begins at rest at `from`, from its energy: with `pull` the restoring force
-/// per mass, which passes zero at `rest`, T = 2 int dx / sqrt(2 int_x^turn pull). NaN where it does not come back.
-double vibration_hz(const std::function<double(double)>& pull, double rest, double from) {
+using Pull = std::function<double(double)>;  ///< the restoring force per mass at x
+
+/// What the restoring force takes from a to b, by Gauss and Legendre's rule of four points.
+double work(const Pull& pull, double a, double b, int pieces = 1) {
   constexpr std::array nodes{0.3399810435848563, 0.8611363115940526}, weights{0.6521451548625461, 0.3478548451374538};
-  const auto energy = [&](double a, double b) {  // Gauss and Legendre's rule of four points
-    double sum = 0.0;
+  const double half = 0.5 * (b - a) / pieces;
+  double sum = 0.0;
+  for (int piece = 0; piece < pieces; ++piece)
     for (std::size_t i = 0; i < nodes.size(); ++i)
       for (const double side : {-1.0, 1.0})
-        sum += 0.5 * (b - a) * weights[i] * pull(0.5 * (a + b) + 0.5 * side * nodes[i] * (b - a));
-    return sum;
-  };
+        sum += half * weights[i] * pull(a + (2 * piece + 1 + side * nodes[i]) * half);
+  return sum;
+}
+
+/// Of free vibration without damping that begins at rest at `from`, from its energy: with the restoring force passing
+/// zero at `rest`, T = 2 int dx / sqrt(2 int_x^turn pull). NaN where it does not come back.
+double vibration_hz(const Pull& pull, double rest, double from) {
   // The other turning point: as far up the other side.
   constexpr int steps = 32, farthest = 8 * steps, halvings = 50;
-  double left = 0.0, to = rest;
-  for (int i = 0; i < steps; ++i)
-    left += energy(rest + (from - rest) * i / steps, rest + (from - rest) * (i + 1) / steps);
+  double left = work(pull, rest, from, steps), to = rest;
   for (int i = 0; i < farthest && left > 0.0; ++i) {
     const double next = to - (from - rest) / steps;
-    if (const double used = energy(to, next); used < left) {
+    if (const double used = work(pull, to, next); used < left) {
       left -= used;
       to = next;
       continue;
@@ -177,7 +181,7 @@ double vibration_hz(const std::function<double(double)>& pull, double rest, doub
     double below = to, above = next;
     for (int k = 0; k < halvings; ++k) {
       const double between = 0.5 * (below + above);
-      (energy(to, between) < left ? below : above) = between;
+      (work(pull, to, between) < left ? below : above) = between;
     }
     to = 0.5 * (below + above);
     left = 0.0;
@@ -192,7 +196,7 @@ double vibration_hz(const std::function<double(double)>& pull, double rest, doub
     double at = middle + end * half, kinetic = 0.0;
     for (int i = 0; i < points / 2; ++i) {
       const double x = middle - end * half * std::sin(angle(i));
-      kinetic += energy(x, at);
+      kinetic += work(pull, x, at);
       at = x;
       if (!(kinetic > 0.0)) return nan;
       period_s += 2.0 * std::numbers::pi / points * std::abs(half) * std::cos(angle(i)) / std::sqrt(2.0 * kinetic);
@@ -258,7 +262,6 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Physic
     if (const double value = function(mean); std::isfinite(value))
       terms.push_back({name, unit, value, propagated_std(function, mean, model.covariance)});
   };
-  const double amplitude = std::max(std::abs(context.lowest - *rest), std::abs(context.highest - *rest));
   const bool springs_back = has(r.stiffness) && k(mean) > 0.0;
   if (moved && springs_back) add("rest position", x_unit, position);
   if (springs_back) {
@@ -279,12 +282,16 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Physic
   // A positive k3 beside a quadratic part that softens more is neither.
   const char* of_spring = (bend > 0.0) != (k3(mean) > 0.0) ? "k3/m" : bend > 0.0 ? "hardening k3/m" : "softening k3/m";
   add(of_spring, fmt::format("1/({}^2 s^2)", x_unit), k3);
-  if (springs_back && amplitude > 0.0)
-    add(fmt::format("frequency at {:.3g} {} amplitude", amplitude, x_unit), "Hz", [&](const VectorXd& c) {
-      const double about = moved ? position(c) : *rest;
-      const bool above = context.highest - *rest >= *rest - context.lowest;
-      return vibration_hz([&](double x) { return all.pull(x, c); }, about, about + (above ? amplitude : -amplitude));
-    });
+  if (!springs_back || !(context.highest > context.lowest)) return terms;
+  // From the end of the record with less energy: on its other side such a vibration stays in what was recorded.
+  const Pull pull = [&](double at) { return all.pull(at, mean); };
+  constexpr int pieces = 32;
+  const bool below = work(pull, *rest, context.lowest, pieces) < work(pull, *rest, context.highest, pieces);
+  const double offset = (below ? context.lowest : context.highest) - *rest;
+  add(fmt::format("frequency at {:.3g} {} amplitude", std::abs(offset), x_unit), "Hz", [&](const VectorXd& c) {
+    const double about = moved ? position(c) : *rest;
+    return vibration_hz([&](double at) { return all.pull(at, c); }, about, about + offset);
+  });
   return terms;
 }
 
