@@ -211,7 +211,8 @@ std::string meaning_of(const ExportedEquation& equation, const std::string& sign
   const dsp::SignalInfo* info = dsp::find_signal(signal);
   std::string unit(info == nullptr ? "" : info->unit);
   const auto& coordinates = equation.model.coordinates;
-  if (unit.starts_with("m") && !coordinates.empty() && !coordinates.front().unit.empty())  // of an angle: rad, rad/s
+  if (unit.starts_with("m") && info->body != dsp::Body::base && !coordinates.empty() &&
+      !coordinates.front().unit.empty())  // of an angle: rad, rad/s
     unit.replace(0, 1, coordinates.front().unit);
   std::string text = info == nullptr || info->role == dsp::Role::other
                          ? std::string("as recorded")

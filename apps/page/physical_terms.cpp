@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -27,12 +28,14 @@ bool is_acceleration(const std::string& name) {
   return name == "a" || name == "ddy";
 }
 
-/// At this x, or y, and at rest, every switch on this side; NaN where it is not finite.
-double at_rest(const ident::Expression& expression, double x, double side) {
+/// At this x, or y, and at rest, switches on these sides, or all on one; NaN where it is not finite.
+double at_rest(const ident::Expression& expression, double x, const std::vector<double>& sides) {
   std::vector<double> values;
   for (const std::string& signal : expression.signals()) values.push_back(signal == "x" || signal == "y" ? x : 0.0);
-  const std::vector<double> sides(expression.switches().size(), side);
   return expression.evaluate(values.data(), sides.data());
+}
+double at_rest(const ident::Expression& expression, double x, double side) {
+  return at_rest(expression, x, std::vector<double>(expression.switches().size(), side));
 }
 
 double finite_at_rest(const ident::Expression& expression, double x) {
@@ -72,6 +75,7 @@ class RestoringTerms {
         continue;
       of_y_ = of_y_ || std::find(signals.begin(), signals.end(), "y") != signals.end();
       Term found{i, term};
+      for (const std::string& argument : term.switches()) found.arguments.emplace_back(argument);
       for (const char* position : {"x", "y"}) {
         found.stiffness.push_back(derivative(term, position, 1));
         found.quadratic.push_back(derivative(term, position, 2));
@@ -111,7 +115,15 @@ class RestoringTerms {
   /// The restoring force per mass.
   [[nodiscard]] double pull(double x, const VectorXd& coefficients) const {
     double force = 0.0;
-    for (const Term& term : terms_) force += sign_ * finite_at_rest(term.term, x) * coefficients(term.index);
+    for (const Term& term : terms_) {
+      std::vector<double> sides;  // of x, as in sgn(x) x^2; of v there is none at rest
+      for (const ident::Expression& argument : term.arguments) {
+        const double value = finite_at_rest(argument, x);
+        sides.push_back(value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0);
+      }
+      const double value = at_rest(term.term, x, sides);
+      if (std::isfinite(value)) force += sign_ * value * coefficients(term.index);
+    }
     return force / (mass_ ? mass_->dot(coefficients) : 1.0);
   }
 
@@ -138,7 +150,7 @@ class RestoringTerms {
   struct Term {
     Index index;
     ident::Expression term;
-    std::vector<ident::Expression> stiffness, quadratic, cubic, beyond, damping;
+    std::vector<ident::Expression> arguments{}, stiffness{}, quadratic{}, cubic{}, beyond{}, damping{};
   };
   double sign_;
   Index num_terms_;
@@ -283,15 +295,34 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Physic
   const char* of_spring = (bend > 0.0) != (k3(mean) > 0.0) ? "k3/m" : bend > 0.0 ? "hardening k3/m" : "softening k3/m";
   add(of_spring, fmt::format("1/({}^2 s^2)", x_unit), k3);
   if (!springs_back || !(context.highest > context.lowest)) return terms;
-  // From the end of the record with less energy: on its other side such a vibration stays in what was recorded.
-  const Pull pull = [&](double at) { return all.pull(at, mean); };
+  // Where it rests with what is constant in it; with other coefficients elsewhere, to first order.
+  const double about = all.balance(mean, context.lowest, context.highest).value_or(*rest);
+  const Restoring there_at_rest = all.at(about);
+  const double slope = there_at_rest.per_mass(there_at_rest.stiffness, mean);
+  const auto about_with = [&](const VectorXd& c) {
+    return about - (all.pull(about, c) - all.pull(about, mean)) / slope;
+  };
+  const auto hz_from = [&](const VectorXd& c, double offset) {
+    const double own = about_with(c);
+    return vibration_hz([&](double at) { return all.pull(at, c); }, own, own + offset);
+  };
+  // From the end of the record with less energy: on its other side such a vibration stays in what was recorded. An end
+  // that is hardly apart from where it rests, or from which it does not come back, is none.
   constexpr int pieces = 32;
-  const bool below = work(pull, *rest, context.lowest, pieces) < work(pull, *rest, context.highest, pieces);
-  const double offset = (below ? context.lowest : context.highest) - *rest;
-  add(fmt::format("frequency at {:.3g} {} amplitude", std::abs(offset), x_unit), "Hz", [&](const VectorXd& c) {
-    const double about = moved ? position(c) : *rest;
-    return vibration_hz([&](double at) { return all.pull(at, c); }, about, about + offset);
-  });
+  constexpr double hardly = 0.01;
+  std::optional<double> offset;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double end : {context.lowest, context.highest}) {
+    const double energy = work([&](double at) { return all.pull(at, mean); }, about, end, pieces);
+    if (std::abs(end - about) < hardly * (context.highest - context.lowest) || !(energy > 0.0) || energy >= least ||
+        !std::isfinite(hz_from(mean, end - about)))
+      continue;
+    offset = end - about;
+    least = energy;
+  }
+  if (offset)
+    add(fmt::format("frequency at {:.3g} {} amplitude", std::abs(*offset), x_unit), "Hz",
+        [&](const VectorXd& c) { return hz_from(c, *offset); });
   return terms;
 }
 

@@ -29,12 +29,12 @@ struct PhysicalContext {
 /// Of an equation for an acceleration (a, ddy), or for a force with that acceleration among its terms, whose mass then
 /// divides it. With k, c and k3 the stiffness, damping and cubic stiffness per mass at x = 0, v = 0, from derivatives
 /// of the terms in x and v alone: natural frequency sqrt(k) / 2 pi, damping ratio c / (2 sqrt(k)), friction force per
-/// mass (half the jump at v = 0), k3, and the frequency sqrt(k + (3/4 k3 - 5/6 k2^2 / k) A^2) / 2 pi, k2 the quadratic
-/// stiffness, at the amplitude A of x (0: left out; Nayfeh and Mook, Nonlinear Oscillations, 1979, Sec. 2.3). Negative
-/// k of a force that is a cubic: the rest positions sqrt(-k / k3) and the frequency sqrt(-2 k) / 2 pi about them. Where
-/// x does not come by 0, all of that at the position within its reach where the forces of x, and of 1, balance and pull
-/// back, which is a term then; nothing where there is none. Damping and friction that feed energy are called negative.
-/// What the equation does not have is not there; nothing where x has no unit.
+/// mass (half the jump at v = 0), k3, and the frequency of free vibration without damping that begins at rest at that
+/// end of the reach of x from which it stays within, by its energy (left out where there is none). Negative k of a
+/// force that is a cubic: the rest positions sqrt(-k / k3) and the frequency sqrt(-2 k) / 2 pi about them. Where x does
+/// not come by 0, all of that at the position within its reach where the forces of x, and of 1, balance and pull back,
+/// which is a term then; nothing where there is none. Damping and friction that feed energy are called negative. What
+/// the equation does not have is not there; nothing where x has no unit.
 [[nodiscard]] std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const PhysicalContext& context);
 
 /// The same for a terminal or a page: "natural frequency 1.1254(3) Hz".

@@ -255,7 +255,8 @@ Findings findings_of(const RangeResult& range, const JudgedFit& fit) {
     found.by_run = by_power(found.run_error);
     found.too_sensitive =
         found.by_run == Verdict::does_not && run.num_restarts > 0 && found.is_noise && !found.above_noise;
-    found.is_buried = noise.x_std * noise.x_std > mostly_noise * run.mean_square;
+    const double power = std::fmax(run.mean_square, run.mean_square_training);  // a decay has little left in the end
+    found.is_buried = power > 0.0 && noise.x_std * noise.x_std > mostly_noise * power;
     if (found.too_sensitive || found.is_buried) found.by_run = Verdict::undecided;
   } else if (!run.applies) {
     found.by_run = by_power(found.unexplained);

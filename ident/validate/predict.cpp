@@ -228,28 +228,38 @@ std::string means_taken(const Model& model, const std::string& fitted_as) {
 
 namespace {
 
-/// Throws Fault (input) predict.input where the equation has a signal that the recording does not.
-void require_signals(const Model& model, const Record& record) {
-  std::vector<std::string> names;
-  for (const dsp::Signal& signal : record.prepared.signals.signals)
-    if (signal.name != "t") names.push_back(signal.name);
+/// A signal of the equation that the recording does not have; empty: it has all.
+std::string lacking_signal(const Model& model, const Record& record) {
   for (const ModelTerm& term : model.terms) {
     const Expression expression(term.name);
     for (const std::string& signal : expression.signals())
-      if (record.prepared.signals.find(signal) == nullptr)
-        throw dsp::Fault(dsp::FaultKind::input, "predict.input",
-                         fmt::format("{}: no {}, which the equation has; there are {}. Want a recording of the same "
-                                     "channels; one that is called otherwise is named in its sidecar",
-                                     record.prepared.name, signal, fmt::join(names, ", ")));
+      if (record.prepared.signals.find(signal) == nullptr) return signal;
   }
+  return {};
+}
+
+/// Throws Fault (input) predict.input.
+void require_signals(const Model& model, const Record& record) {
+  const std::string lacking = lacking_signal(model, record);
+  if (lacking.empty()) return;
+  std::vector<std::string> names;
+  for (const dsp::Signal& signal : record.prepared.signals.signals)
+    if (signal.name != "t") names.push_back(signal.name);
+  throw dsp::Fault(dsp::FaultKind::input, "predict.input",
+                   fmt::format("{}: no {}, which the equation has; there are {}. Want a recording of the same "
+                               "channels; one that is called otherwise is named in its sidecar",
+                               record.prepared.name, lacking, fmt::join(names, ", ")));
 }
 
 }  // namespace
 
 RecordPrediction predict(const Model& joint, const Model& joint_linear, const Record& record,
                          const PredictOptions& options) {
-  const Model model = equation_for(joint, options.fitted_as), linear = equation_for(joint_linear, options.fitted_as);
+  const Model model = equation_for(joint, options.fitted_as);
+  Model linear = equation_for(joint_linear, options.fitted_as);
   require_signals(model, record);
+  if (!lacking_signal(linear, record).empty())
+    linear.terms.clear();  // it has all candidates: then nothing is to be beaten
   const Course course = whole_course(record.prepared.signals);
   RecordPrediction result;
   result.coordinates = coordinates_for(model, record, course, options.fitted_as);

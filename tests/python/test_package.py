@@ -295,6 +295,10 @@ class Package(unittest.TestCase):
         with self.assertRaises(ardent.UsageError) as lengths:
             ardent.Recording({"x": self.x, "f": self.f[:-1]}, rate_hz=100)
         self.assertIn("3999", str(lengths.exception))
+        with self.assertRaises(ardent.UsageError):
+            self.result.predict(["a.csv", "b.csv"])
+        with self.assertRaises(ardent.InputError):  # of a generator, as of a list
+            ardent.identify(name for name in [self.folder / "nothing.csv"])
         for wrong in (lambda: ardent.Recording([self.x, self.f], rate_hz=100), lambda: ardent.identify({"x": self.x}),
                       lambda: ardent.Recording({"x": self.x}, rate_hz="fast"), lambda: ardent.identify(self.x),
                       lambda: ardent.Recording({"x": self.x}, rate_hz=100, units={"x": "furlong"}),

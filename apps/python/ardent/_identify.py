@@ -34,6 +34,8 @@ class Place:
 
     def file_of(self, recording: "Recording | Path") -> str:
         """The file that a recording is, or becomes: one with the same bytes is used again."""
+        if len(listed(recording)) != 1:
+            raise UsageError(f"{len(listed(recording))} recordings; want one", "recording.one")
         recording, = listed(recording)
         if not isinstance(recording, Recording):
             return os.fspath(recording)
@@ -87,8 +89,8 @@ def _same(one: pathlib.Path, other: pathlib.Path) -> bool:
 
 
 def listed(recordings: Recordings) -> "list[Recording | Path]":
-    one = isinstance(recordings, (Recording, str, os.PathLike))
-    found = list(recordings) if not one and isinstance(recordings, (list, tuple)) else [recordings]
+    is_one = isinstance(recordings, (Recording, str, os.PathLike, Mapping)) or not hasattr(recordings, "__iter__")
+    found = [recordings] if is_one else list(recordings)
     for recording in found:
         if not isinstance(recording, (Recording, str, os.PathLike)):
             raise UsageError(f"a recording is of type {type(recording).__name__}; want the name of a file, or arrays "

@@ -64,15 +64,15 @@ _NAMES = ('In Python: roles={"NAME": "x"} (y, r, ddy, ddr, f, ...), units={"NAME
 _UNITS = "m, mm, um, in, m/s, m/s^2, g, N, kN, rad, deg, V"
 
 
-def _mapping(what: str, given: object, example: str) -> dict:
-    """`given` as a dictionary; of a structured array its fields."""
+def _pairs(what: str, given: object, example: str) -> list:
+    """Names and values; of a structured array its fields."""
     if given is None:
-        return {}
+        return []
     if isinstance(given, np.ndarray) and given.dtype.names:
-        return {name: given[name] for name in given.dtype.names}
+        return [(name, given[name]) for name in given.dtype.names]
     if not hasattr(given, "items"):
         raise UsageError(f"{what} is of type {type(given).__name__}; want names and values, as {example}", "array.kind")
-    return dict(given.items())
+    return list(given.items())
 
 
 def toml_text(text: str) -> str:
@@ -132,10 +132,10 @@ class Recording:
                  bodies: Optional[Mapping[str, int]] = None, name: str = "recording"):
         if not name or name.startswith((".", "-")) or any(sign in name for sign in "/\\\0\n"):
             raise UsageError(f"a recording cannot be called '{name}'; want a name that a file could have", "array.name")
-        named = _mapping("arrays", arrays, "ardent.Recording({\"x\": x, \"f\": f}, rate_hz=100)")
-        unused = _mapping("units", units, "units={\"x\": \"mm\"}")
-        roles = _mapping("roles", roles, "roles={\"motor\": \"f\"}")
-        bodies = _mapping("bodies", bodies, "bodies={\"floor\": 2}")
+        named = _pairs("arrays", arrays, "ardent.Recording({\"x\": x, \"f\": f}, rate_hz=100)")
+        unused = {key: unit for key, unit in _pairs("units", units, "units={\"x\": \"mm\"}") if unit}
+        roles = dict(_pairs("roles", roles, "roles={\"motor\": \"f\"}"))
+        bodies = dict(_pairs("bodies", bodies, "bodies={\"floor\": 2}"))
         for unit in unused.values():
             if not _ardent.is_unit(str(unit)):
                 raise UsageError(f"units: '{unit}' is not known; want such as {_UNITS}", "unit.unknown")
@@ -149,7 +149,7 @@ class Recording:
         self.name = name
         self.rate_is_given = rate_hz is not None
         self._arrays: "dict[str, np.ndarray]" = {}
-        for key, values in named.items():
+        for key, values in named:
             own = str(key)
             base = _UNIT.sub("", own)
             unit = unused.pop(own, None) or unused.pop(base, None)
@@ -159,12 +159,14 @@ class Recording:
                                  "array.name")
             self._arrays[called] = _readable(own, values)
         if unused:
-            raise UsageError(f"units: there is no array {', '.join(unused)}, only {', '.join(map(str, named))}",
-                             "array.name")
-        lengths = {called: max(array.shape) for called, array in self._arrays.items() if array.size > 1}
+            known = ", ".join(str(key) for key, _ in named)
+            raise UsageError(f"units: there is no array {', '.join(unused)}, only {known}", "array.name")
+        # A number by itself is a parameter; of a matrix either side may be time.
+        lengths = {called: array.size for called, array in self._arrays.items()
+                   if array.size > 1 and max(array.shape) == array.size}
         if len(set(lengths.values())) > 1:
-            raise UsageError("arrays differ in length: " + ", ".join(f"{one} has {count} values" for one, count in
-                             lengths.items()) + "; want one length", "array.length")
+            listed = ", ".join(f"{one} has {count} values" for one, count in lengths.items())
+            raise UsageError(f"arrays differ in length: {listed}; want one length", "array.length")
         self._options: dict = {}
         try:
             self._source = _ardent.Source(f"{name}.npz", list(self._arrays.items()), rate_hz,

@@ -47,6 +47,9 @@ class Equation:
     def __len__(self) -> int:
         return len(self.terms)
 
+    def __bool__(self) -> bool:  # also without terms
+        return True
+
     def __contains__(self, term: object) -> bool:
         return any(one.name == term for one in self.terms)
 
@@ -211,7 +214,7 @@ class Result(_Folder):
 
     @property
     def verdict(self) -> str:
-        return self.equation.verdict if self.equation else "undecided"
+        return self.equation.verdict if self.equation is not None else "undecided"
 
     @property
     def report(self) -> pathlib.Path:
@@ -231,7 +234,7 @@ class Result(_Folder):
     def free_run(self, of: str = "") -> Optional[Curves]:
         """Of the test rows of a range, or of a body; left out: those of `equation`. None where there is none, or no
         figures. Raises KeyError for another name."""
-        of = of or (self.equation.of if self.equation else "")
+        of = of or (self.equation.of if self.equation is not None else "")
         if not of:
             return None
         for number, one in enumerate(self.found["ranges"], 1):

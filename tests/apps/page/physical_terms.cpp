@@ -159,6 +159,22 @@ TEST_CASE("a pendulum's frequency is that of its swing, however wide", "[apps][p
   const auto heavy = model_of("f", {{"a", 2.0}, {"sin(x)", 32.0}});
   CHECK(named(apps::physical_terms(heavy, {-2.0, 2.0, "rad"}), "frequency at").value ==
         Approx(1.0 / std::comp_ellint_1(std::sin(1.0))).epsilon(1e-9));
+  // A signed square, (x'' = -9 |x| x): T = 4 sqrt(3 / (2 * 9 A)) B(1/3, 1/2) / 3, by the energy.
+  const auto signed_square = model_of("a", {{"x", -1e-9}, {"x^3", -1e-9}, {"sgn(x)*x^2", -9.0}});
+  const double period_s = 4.0 * std::sqrt(3.0 / (2.0 * 9.0 * 2.0)) * std::beta(1.0 / 3.0, 0.5) / 3.0;
+  CHECK(named(apps::physical_terms(signed_square, {-2.0, 2.0, "m"}), "frequency at").value ==
+        Approx(1.0 / period_s).epsilon(1e-4));  // a third derivative jumps at 0
+  // 50 u + 1e4 u^3 about u = 0, with x counted from 0.01 beside it: amplitude and frequency are those of u.
+  const auto aside =
+      model_of("a", {{"1", 50.0 * 0.01 + 1e4 * 1e-6}, {"x", -50.0 - 3e4 * 1e-4}, {"x^2", 3e4 * 0.01}, {"x^3", -1e4}});
+  const auto there = apps::physical_terms(aside, {-0.01, 0.03, "m"});
+  const double bent = 50.0 + 1e4 * 4e-4;
+  CHECK(named(there, "frequency at").name == "frequency at 0.02 m amplitude");
+  CHECK(named(there, "frequency at").value ==
+        Approx(std::sqrt(bent) / (4.0 * std::comp_ellint_1(std::sqrt(0.5 * 4.0 / bent)))).epsilon(1e-8));
+  // Beyond the top of a softening spring it does not come back: from the other end it does.
+  const auto soft = model_of("a", {{"x", -50.0}, {"x^3", 5e4}});
+  CHECK(named(apps::physical_terms(soft, {-0.02, 0.05, "m"}), "frequency at").name == "frequency at 0.02 m amplitude");
   // Over the top it does not come back.
   CHECK(std::isnan(named(apps::physical_terms(model, {-3.2, 3.2, "rad"}), "frequency at").value));
 }

@@ -624,4 +624,6 @@ TEST_CASE("where most of x is noise a free run decides nothing", "[ident][findin
   CHECK(ident::findings_of(result, fit).is_buried);
   CHECK(of(result).verdict == Verdict::undecided);
   CHECK_THAT(of(result).sentence, Catch::Contains("most of x is its noise"));
+  fit.free_run.mean_square_training = 10.0;  // of a decay, in whose end there is hardly anything left
+  CHECK_FALSE(ident::findings_of(result, fit).is_buried);
 }
