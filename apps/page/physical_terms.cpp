@@ -217,6 +217,43 @@ double vibration_hz(const Pull& pull, double rest, double from) {
   return 1.0 / period_s;
 }
 
+/// One that begins at rest `offset` beside where it rests; `hz` with these coefficients, about where it rests with
+/// them.
+struct Vibration {
+  double offset = 0.0;
+  Function hz;
+};
+
+/// From the end of the record with less energy: on its other side such a vibration stays in what was recorded. An end
+/// that is hardly apart from where it rests, or from which it does not come back, is none. `forces` must outlive it.
+std::optional<Vibration> vibration_within(const RestoringTerms& forces, const VectorXd& mean,
+                                          const PhysicalContext& context, double rest) {
+  constexpr int pieces = 32;
+  constexpr double hardly = 0.01;  // of what x spans
+  const double lowest = context.lowest, highest = context.highest;
+  if (!(highest > lowest)) return std::nullopt;
+  // Where it rests with what is constant in it; with other coefficients elsewhere, to first order.
+  const double about = forces.balance(mean, lowest, highest).value_or(rest);
+  const Restoring there = forces.at(about);
+  const double slope = there.per_mass(there.stiffness, mean), none = forces.pull(about, mean);
+  const auto hz_from = [&forces, about, slope, none](const VectorXd& c, double offset) {
+    const double own = about - (forces.pull(about, c) - none) / slope;
+    return vibration_hz([&](double at) { return forces.pull(at, c); }, own, own + offset);
+  };
+  std::optional<double> offset;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double end : {lowest, highest}) {
+    const double energy = work([&](double at) { return forces.pull(at, mean); }, about, end, pieces);
+    if (std::abs(end - about) < hardly * (highest - lowest) || !(energy > 0.0) || energy >= least ||
+        !std::isfinite(hz_from(mean, end - about)))
+      continue;
+    offset = end - about;
+    least = energy;
+  }
+  if (!offset) return std::nullopt;
+  return Vibration{*offset, [hz_from, from = *offset](const VectorXd& c) { return hz_from(c, from); }};
+}
+
 double hertz(double omega_squared) {
   return std::sqrt(omega_squared) / (2.0 * std::numbers::pi);
 }
@@ -294,35 +331,9 @@ std::vector<PhysicalTerm> physical_terms(const ident::Model& model, const Physic
   // A positive k3 beside a quadratic part that softens more is neither.
   const char* of_spring = (bend > 0.0) != (k3(mean) > 0.0) ? "k3/m" : bend > 0.0 ? "hardening k3/m" : "softening k3/m";
   add(of_spring, fmt::format("1/({}^2 s^2)", x_unit), k3);
-  if (!springs_back || !(context.highest > context.lowest)) return terms;
-  // Where it rests with what is constant in it; with other coefficients elsewhere, to first order.
-  const double about = all.balance(mean, context.lowest, context.highest).value_or(*rest);
-  const Restoring there_at_rest = all.at(about);
-  const double slope = there_at_rest.per_mass(there_at_rest.stiffness, mean);
-  const auto about_with = [&](const VectorXd& c) {
-    return about - (all.pull(about, c) - all.pull(about, mean)) / slope;
-  };
-  const auto hz_from = [&](const VectorXd& c, double offset) {
-    const double own = about_with(c);
-    return vibration_hz([&](double at) { return all.pull(at, c); }, own, own + offset);
-  };
-  // From the end of the record with less energy: on its other side such a vibration stays in what was recorded. An end
-  // that is hardly apart from where it rests, or from which it does not come back, is none.
-  constexpr int pieces = 32;
-  constexpr double hardly = 0.01;
-  std::optional<double> offset;
-  double least = std::numeric_limits<double>::infinity();
-  for (const double end : {context.lowest, context.highest}) {
-    const double energy = work([&](double at) { return all.pull(at, mean); }, about, end, pieces);
-    if (std::abs(end - about) < hardly * (context.highest - context.lowest) || !(energy > 0.0) || energy >= least ||
-        !std::isfinite(hz_from(mean, end - about)))
-      continue;
-    offset = end - about;
-    least = energy;
-  }
-  if (offset)
-    add(fmt::format("frequency at {:.3g} {} amplitude", std::abs(*offset), x_unit), "Hz",
-        [&](const VectorXd& c) { return hz_from(c, *offset); });
+  if (!springs_back) return terms;
+  if (const auto found = vibration_within(all, mean, context, *rest))
+    add(fmt::format("frequency at {:.3g} {} amplitude", std::abs(found->offset), x_unit), "Hz", found->hz);
   return terms;
 }
 

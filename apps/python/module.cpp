@@ -20,6 +20,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "apps/cli/command_line.hpp"
+#include "apps/output/results_json.hpp"
 #include "apps/process/console.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/version.hpp"
@@ -69,23 +70,10 @@ py::array_t<double> view(const Eigen::VectorXd& values, const py::object& owner)
   return array;
 }
 
-std::string to_string(dsp::CheckStatus status) {
-  switch (status) {
-    case dsp::CheckStatus::note:
-      return "note";
-    case dsp::CheckStatus::warning:
-      return "warning";
-    case dsp::CheckStatus::failed:
-      return "failed";
-    default:
-      return "ok";
-  }
-}
-
 py::list listed(const std::vector<dsp::Check>& checks) {
   py::list list;
   for (const dsp::Check& check : checks)
-    list.append(py::make_tuple(check.name, check.channel, to_string(check.status), check.message));
+    list.append(py::make_tuple(check.name, check.channel, std::string(to_string(check.status)), check.message));
   return list;
 }
 
@@ -97,13 +85,14 @@ py::list listed(const std::vector<dsp::Interval>& intervals) {
 }
 
 /// What a recording is read from, as often as it is asked for: a file, or arrays of NumPy that it keeps.
-class Source {
+class RecordingSource {
  public:
-  Source(std::filesystem::path file, dsp::ReadOptions options) : file_(std::move(file)), options_(std::move(options)) {}
+  RecordingSource(std::filesystem::path file, dsp::ReadOptions options)
+      : file_(std::move(file)), options_(std::move(options)) {}
   /// `roles` and `bodies`: of arrays whose name does not say them; all others are what their names say.
-  Source(const std::string& name, const std::vector<std::pair<std::string, py::array>>& arrays,
-         std::optional<double> rate_hz, const std::map<std::string, std::string>& roles,
-         const std::map<std::string, int>& bodies) {
+  RecordingSource(const std::string& name, const std::vector<std::pair<std::string, py::array>>& arrays,
+                  std::optional<double> rate_hz, const std::map<std::string, std::string>& roles,
+                  const std::map<std::string, int>& bodies) {
     contents_.container = "NumPy arrays";
     contents_.prefix = "array";
     contents_.name = name;
@@ -182,7 +171,7 @@ class Source {
 };
 
 /// Header and channels, no samples.
-py::dict describe(const Source& source) {
+py::dict describe(const RecordingSource& source) {
   const auto [description, num_frames] = at_length([&] {
     const dsp::RecordingReader reader = source.open(1);
     return std::pair(reader.description(), reader.num_frames());
@@ -199,7 +188,7 @@ py::dict describe(const Source& source) {
 }
 
 /// Samples (num_samples x num_channels, SI), what is bad in them, and checks.
-py::tuple read_samples(const Source& source) {
+py::tuple read_samples(const RecordingSource& source) {
   auto recording = at_length([&] {
     dsp::RecordingReader reader = source.open(1);
     return std::make_unique<dsp::Recording>(dsp::read_recording(reader, source.max_memory_bytes()));
@@ -210,7 +199,7 @@ py::tuple read_samples(const Source& source) {
                         listed(found.bad), listed(found.checks));
 }
 
-std::unique_ptr<dsp::Prepared> prepare(const Source& source, double rate_hz, double cutoff_hz,
+std::unique_ptr<dsp::Prepared> prepare(const RecordingSource& source, double rate_hz, double cutoff_hz,
                                        const std::string& recipe, int num_threads) {
   const dsp::PrepareOptions options{.recipe = recipe == "paper" ? dsp::Recipe::paper : dsp::Recipe::matched,
                                     .rate_hz = rate_hz,
@@ -280,21 +269,21 @@ PYBIND11_MODULE(_ardent, module) {
       raise(dsp::Fault(dsp::FaultKind::numerics, "system.refused", error.what()));
     }
   });
-  py::class_<Source>(module, "Source")
+  py::class_<RecordingSource>(module, "Source")
       .def(py::init([](const std::filesystem::path& file, const std::filesystem::path& sidecar, bool salvage,
                        bool uncalibrated, std::map<std::string, std::string> use, int run) {
-             return Source(file, {.sidecar = sidecar,
-                                  .salvage = salvage,
-                                  .uncalibrated = uncalibrated,
-                                  .use = std::move(use),
-                                  .run = run});
+             return RecordingSource(file, {.sidecar = sidecar,
+                                           .salvage = salvage,
+                                           .uncalibrated = uncalibrated,
+                                           .use = std::move(use),
+                                           .run = run});
            }),
            py::arg("file"), py::kw_only(), py::arg("sidecar"), py::arg("salvage"), py::arg("uncalibrated"),
            py::arg("use"), py::arg("run"))
       .def(py::init<const std::string&, const std::vector<std::pair<std::string, py::array>>&, std::optional<double>,
                     const std::map<std::string, std::string>&, const std::map<std::string, int>&>(),
            py::arg("name"), py::arg("arrays"), py::arg("rate_hz"), py::arg("roles"), py::arg("bodies"))
-      .def("described", &Source::described)
+      .def("described", &RecordingSource::described)
       .def("describe", &describe)
       .def("read", &read_samples);
   py::class_<dsp::Prepared>(module, "Prepared")
@@ -327,7 +316,6 @@ PYBIND11_MODULE(_ardent, module) {
       },
       py::arg("prepared"), py::kw_only(), py::arg("stick_speed_m_per_s"), py::arg("stick_duration_s"),
       py::arg("high_amplitude_m"));
-  module.def(
-      "is_unit", [](const std::string& text) { return dsp::is_unit(text); }, py::arg("text"));
+  module.def("is_unit", &dsp::is_unit, py::arg("text"));
   module.def("command", &command, py::arg("words"), py::arg("said"));
 }

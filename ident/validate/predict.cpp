@@ -224,10 +224,6 @@ std::string means_taken(const Model& model, const std::string& fitted_as) {
       terms.size() > 1 ? "are" : "is");
 }
 
-}  // namespace
-
-namespace {
-
 /// A signal of the equation that the recording does not have; empty: it has all.
 std::string lacking_signal(const Model& model, const Record& record) {
   for (const ModelTerm& term : model.terms) {

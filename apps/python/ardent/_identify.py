@@ -34,9 +34,10 @@ class Place:
 
     def file_of(self, recording: "Recording | Path") -> str:
         """The file that a recording is, or becomes: one with the same bytes is used again."""
-        if len(listed(recording)) != 1:
-            raise UsageError(f"{len(listed(recording))} recordings; want one", "recording.one")
-        recording, = listed(recording)
+        found = listed(recording)
+        if len(found) != 1:
+            raise UsageError(f"{len(found)} recordings; want one", "recording.one")
+        recording, = found
         if not isinstance(recording, Recording):
             return os.fspath(recording)
         if recording.path is not None:
@@ -54,14 +55,14 @@ class Place:
                 if isinstance(what, str):
                     made.write_text(what, encoding="utf-8")
                 else:
-                    what.save(made)
+                    what._write(made)
                 return self._placed(made)
         except UnicodeEncodeError:
             raise UsageError("a name that is no text of Unicode cannot be in a config; rename it",
                              "config.name") from None
+        except OutputError:
+            raise
         except OSError as error:
-            if isinstance(error, OutputError):
-                raise
             raise OutputError(f"{self.folder.parent} cannot be written: {error.strerror}. Choose another place",
                               "output.path") from None
 

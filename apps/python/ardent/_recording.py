@@ -80,6 +80,11 @@ def toml_text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
+def _beside(file: pathlib.Path) -> pathlib.Path:
+    """The sidecar of a recording."""
+    return file.with_name(file.name + ".toml")
+
+
 def put(made: pathlib.Path, there: pathlib.Path) -> None:
     """Under another name on the same disk, if nothing has that name."""
     try:
@@ -187,7 +192,7 @@ class Recording:
         self = cls.__new__(cls)
         self.path = pathlib.Path(file)
         self.name = self.path.stem
-        self._arrays, self._sidecar, self._options = {}, "", options
+        self._arrays, self._options = {}, options
         self._source = _ardent.Source(self.path, **options)
         self._begin()
         return self
@@ -257,14 +262,12 @@ class Recording:
         file = pathlib.Path(file)
         if file.suffix != ".npz":
             file = file.with_name(file.name + ".npz")
-        sidecar = file.with_name(file.name + ".toml")
+        sidecar = _beside(file)
         try:
             with tempfile.TemporaryDirectory(prefix=".ardent-", dir=file.parent) as folder:
                 written = pathlib.Path(folder) / "arrays"
                 self._write(written)
-                text = pathlib.Path(folder) / "sidecar"
-                text.write_text(self._sidecar_text(), encoding="utf-8")
-                put(text, sidecar)
+                put(_beside(written), sidecar)
                 try:
                     put(written, file)
                 except OSError:
@@ -278,11 +281,13 @@ class Recording:
         return file
 
     def _write(self, file: pathlib.Path) -> None:
+        """Arrays and sidecar, in a folder of our own."""
         with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
             for name, array in self._arrays.items():
                 member = zipfile.ZipInfo(f"{name}.npy")  # of 1980: the same arrays are the same bytes
                 with archive.open(member, "w", force_zip64=True) as npy:
                     np.lib.format.write_array(npy, array, allow_pickle=False)
+        _beside(file).write_text(self._sidecar_text(), encoding="utf-8")
 
     def _sidecar_text(self) -> str:
         text = f"rate = {self.rate_hz!r}\n" if self.rate_is_given else "# of the arrays beside it\n"

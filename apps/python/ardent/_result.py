@@ -127,14 +127,29 @@ def _curves(folder: pathlib.Path, pattern: str) -> Optional[Curves]:
     return Curves(*columns[:3]) if len(columns) >= 3 else None
 
 
-class Prediction(_Folder):
-    """A recording that was not fitted, beside the equation on its own. `table` has the columns of predict.csv; `found`
-    is predict.json."""
+class _Outcome(_Folder):
+    """Of a command that leaves NAME.json and NAME.csv: `found` and `table`, and `text` as the program prints it."""
+
+    _name = ""
 
     def __init__(self, folder: Path, kept: Optional[Temporary], text: str):
         super().__init__(folder, kept)
-        self.found = self._json("predict.json")
+        self.found = self._json(f"{self._name}.json")
         self.text = text
+
+    @property
+    def table(self) -> "dict[str, np.ndarray]":
+        return _columns(self.folder / f"{self._name}.csv")
+
+    def __repr__(self) -> str:
+        return self.text.rstrip()
+
+
+class Prediction(_Outcome):
+    """A recording that was not fitted, beside the equation on its own. `table` has the columns of predict.csv; `found`
+    is predict.json."""
+
+    _name = "predict"
 
     @property
     def nmse(self) -> Optional[float]:
@@ -145,28 +160,11 @@ class Prediction(_Folder):
             return None if None in errors else max(errors)
         return self.found.get("nmse")
 
-    @property
-    def table(self) -> "dict[str, np.ndarray]":
-        return _columns(self.folder / "predict.csv")
 
-    def __repr__(self) -> str:
-        return self.text.rstrip()
-
-
-class Response(_Folder):
+class Response(_Outcome):
     """A frequency response: `table` has the columns of frc.csv, `found` is frc.json."""
 
-    def __init__(self, folder: Path, kept: Optional[Temporary], text: str):
-        super().__init__(folder, kept)
-        self.found = self._json("frc.json")
-        self.text = text
-
-    @property
-    def table(self) -> "dict[str, np.ndarray]":
-        return _columns(self.folder / "frc.csv")
-
-    def __repr__(self) -> str:
-        return self.text.rstrip()
+    _name = "frc"
 
 
 class Result(_Folder):
@@ -315,10 +313,8 @@ class Result(_Folder):
     def __repr__(self) -> str:
         if self.equation is None:
             return f"<ardent.Result: no equation, in {self.folder}>"
-        return "\n".join(one.text for one in self._spoken()) + f"  ({self.verdict})"
-
-    def _spoken(self) -> "list[Equation]":
-        return self._of_bodies() or [self.equation]
+        spoken = self.equations if self.found.get("bodies") else [self.equation]
+        return "\n".join(one.text for one in spoken) + f"  ({self.verdict})"
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(str(self))}</pre>"
