@@ -25,7 +25,8 @@ struct ZipMember {
 class MemberBytes {
  public:
   MemberBytes(ArrayBytes bytes, std::uint64_t size) : bytes_(std::move(bytes)), size_(size) {}
-  [[nodiscard]] const char* bytes(std::uint64_t offset, std::size_t count) const { return bytes_(offset, count); }
+  [[nodiscard]] const char* bytes(std::uint64_t offset, std::size_t count) const& { return bytes_(offset, count); }
+  void bytes(std::uint64_t offset, std::size_t count) const&& = delete;
   /// Fewer at the end.
   [[nodiscard]] std::string text(std::uint64_t offset, std::size_t count) const;
 
