@@ -12,7 +12,9 @@
 #include "apps/output/svg_plot.hpp"
 #include "apps/page/document.hpp"
 #include "apps/page/equation_display.hpp"
+#include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
+#include "ident/equation/interval_95.hpp"
 
 namespace apps {
 namespace {
@@ -67,9 +69,7 @@ void write_errors(const BatchResults& results, HtmlWriter& html) {
 void write_joint_fit(const ident::JointResult& result, const ident::JointFit& fit, HtmlWriter& html) {
   html.element("h3", fmt::format("Range {}, {}: {} records together", printable(result.range, 60),
                                  to_string(fit.fit.method), result.records.size()));
-  html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", "equation"}})
-      .markup(displayed_equation(fit.model, ident::Notation::mathml))
-      .close();
+  write_math(displayed_equation(fit.model, ident::Notation::mathml), html);
   for (const std::string& sentence : own_coefficient_sentences(fit.model)) html.element("p", sentence);
   std::vector<std::vector<std::string>> terms;
   for (std::size_t i = 0; i < fit.model.terms.size(); ++i) {
@@ -105,34 +105,93 @@ void write_joint(const BatchResults& results, HtmlWriter& html) {
   }
 }
 
-/// Each coefficient over the records, in their order.
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// A coefficient of the records that have it.
+struct Coefficients {
+  std::vector<std::size_t> records;
+  std::vector<double> means, stds;
+  std::string unit;
+
+  /// Whether one lies further from the others' middle than their spread and its own uncertainty let expect.
+  [[nodiscard]] std::vector<bool> outliers() const {
+    constexpr double most_deviations = 4.0, std_of_median = 1.4826;  // of a normal distribution
+    const double middle = median(means);
+    std::vector<double> from_middle;
+    for (const double mean : means) from_middle.push_back(std::abs(mean - middle));
+    const double spread = std_of_median * median(from_middle);
+    std::vector<bool> result;
+    for (std::size_t i = 0; i < means.size(); ++i)
+      result.push_back(from_middle[i] > most_deviations * std::hypot(spread, std::isfinite(stds[i]) ? stds[i] : 0.0));
+    return result;
+  }
+};
+
+Coefficients coefficients_of(const std::string& name, const BatchResults& results) {
+  Coefficients found;
+  for (std::size_t i = 0; i < results.records.size(); ++i)
+    for (const Json& range : results.records[i].ranges)
+      for (const Json& term : range.at("terms"))
+        if (range.at("chosen") == true && term.at("name") == name && term.at("mean").is_number()) {
+          found.records.push_back(i);
+          found.means.push_back(term.at("mean"));
+          found.stds.push_back(term.at("std").is_number() ? term.at("std").get<double>() : std::nan(""));
+          found.unit = text(term.at("unit"));
+        }
+  return found;
+}
+
+/// The records below one another, the first on top, by name where there are not too many.
+PlotPanel coefficient_panel(const std::string& name, const Coefficients& found, const BatchResults& results) {
+  constexpr std::size_t most_names = 60, longest_name = 28;
+  const auto n = static_cast<double>(results.records.size());
+  std::vector<double> ends, interval, places[2], means[2];
+  const std::vector<bool> outliers = found.outliers();
+  for (std::size_t i = 0; i < found.records.size(); ++i) {
+    const double place = n - 1.0 - static_cast<double>(found.records[i]), half = ident::interval_95 * found.stds[i];
+    ends.insert(ends.end(), {place, place, place});
+    interval.insert(interval.end(), {found.means[i] - half, found.means[i] + half, std::nan("")});
+    places[outliers[i]].push_back(place);
+    means[outliers[i]].push_back(found.means[i]);
+  }
+  PlotPanel panel{name, fmt::format("coefficient ({})", found.unit.empty() ? "no unit" : found.unit), ""};
+  panel.y_limits = {-0.7, n - 0.3};
+  if (results.records.size() <= most_names)
+    for (auto record = results.records.rbegin(); record != results.records.rend(); ++record)
+      panel.y_names.push_back(printable(record->recording, longest_name));
+  else
+    panel.y_label = "record, the first on top";
+  panel.series = {plot_series("95 %", interval, ends, PlotStyle::line, PlotColour::blue),
+                  plot_series("", means[0], places[0], PlotStyle::points, PlotColour::black)};
+  if (!means[1].empty())
+    panel.series.push_back(
+        plot_series("unlike the others", means[1], places[1], PlotStyle::points, PlotColour::vermilion));
+  return panel;
+}
+
 void write_coefficients(const BatchResults& results, HtmlWriter& html) {
   constexpr std::size_t most_terms = 8;
+  constexpr double row_px = 20.0, frame_px = 90.0, least_px = 180.0, most_px = 1400.0;
   PlotFigure figure;
   figure.name = "coefficients";
+  figure.panel_height_px =
+      std::clamp(frame_px + row_px * static_cast<double>(results.records.size()), least_px, most_px);
   std::vector<std::string> names = all_terms(results.records);
   if (names.size() > most_terms) names.resize(most_terms);
-  const auto n = static_cast<double>(results.records.size());
-  for (const std::string& name : names) {
-    std::vector<double> x, y;
-    std::string unit;
-    for (std::size_t i = 0; i < results.records.size(); ++i)
-      for (const Json& range : results.records[i].ranges)
-        for (const Json& term : range.at("terms"))
-          if (range.at("chosen") == true && term.at("name") == name && term.at("mean").is_number()) {
-            x.push_back(static_cast<double>(i + 1));
-            y.push_back(term.at("mean"));
-            unit = text(term.at("unit"));
-          }
-    if (x.empty()) continue;
-    PlotPanel panel{name, "record", fmt::format("coefficient ({})", unit), {}, std::pair{0.0, n + 1.0}};
-    panel.series = {plot_series("", x, y, PlotStyle::points, PlotColour::blue)};
-    figure.panels.push_back(std::move(panel));
-  }
+  for (const std::string& name : names)
+    if (const Coefficients found = coefficients_of(name, results); !found.means.empty())
+      figure.panels.push_back(coefficient_panel(name, found, results));
   if (figure.panels.empty()) return;
   html.element("h2", "Coefficients over the records");
-  html.open("figure", {{"aria-labelledby", "coefficients"}}).markup(to_svg(figure));
-  html.element("figcaption", "Of each record's chosen equation, in the order of the table below; numbers in table.csv.",
+  html.open("figure", {{"class", "drawing"}, {"aria-labelledby", "coefficients"}}).markup(to_svg(figure));
+  html.open("div", {{"class", "tools"}, {"data-name", "coefficients"}}).close();
+  html.element("figcaption",
+               "Of each record's chosen equation, with its 95 % interval. Unlike the others: further from their middle "
+               "than four standard deviations of their spread and its own. Numbers are in table.csv.",
                {{"id", "coefficients"}});
   html.close();
 }
@@ -172,7 +231,8 @@ void write_records(const BatchResults& results, HtmlWriter& html) {
 }  // namespace
 
 std::string batch_page(const BatchResults& results) {
-  const std::string title = fmt::format("{} records by {}", results.records.size(), printable(results.config, 200));
+  const std::string title = fmt::format("{} records{}", results.records.size(),
+                                        results.config.empty() ? "" : " by " + printable(results.config, 200));
   return html_document(title, [&](HtmlWriter& html) {
     html.element("p", counts_text(results) + ".", {{"class", "verdict"}});
     write_errors(results, html);

@@ -87,7 +87,9 @@ void RecordRuns::start(std::size_t index) {
   std::vector<std::string> arguments{"run", "-o", folder.string()};
   arguments.insert(arguments.end(), options_.options.begin(), options_.options.end());
   // Behind --: their names may look like options.
-  arguments.insert(arguments.end(), {"--", options_.config.string(), task.recording.string()});
+  arguments.emplace_back("--");
+  if (!options_.config.empty()) arguments.push_back(options_.config.string());
+  arguments.push_back(task.recording.string());
   try {
     running_.emplace_back(index, folder, arguments);
   } catch (const std::system_error& error) {

@@ -9,12 +9,12 @@
 
 namespace apps {
 
-/// How the recordings of a batch are run: `ardent run CONFIG RECORDING` each, in a process of its own, so that one that
-/// crashes or finds no memory costs its own recording and no other. The end of this ends what is under way.
+/// How the recordings of a batch are run: `ardent run [CONFIG] RECORDING` each, in a process of its own, so that one
+/// that crashes or finds no memory costs its own recording and no other. The end of this ends what is under way.
 class RecordRuns final : public Workplace {
  public:
   struct Options {
-    std::filesystem::path config, runs;  ///< `runs`: folder of the run folders
+    std::filesystem::path config, runs;  ///< config: empty: none; runs: folder of the run folders
     std::vector<std::string> options;    ///< of `ardent run`, beside -o, for every recording
     int num_jobs = 1;                    ///< at a time in this process
   };

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct BatchArguments {
-  RunArguments run;  ///< input: the config; folder: of the batch
+  RunArguments run;  ///< input: the config, if there is one; folder: of the batch
   std::vector<fs::path> recordings;
   int num_jobs = 0;     ///< at a time; 0: one a processor, under mpirun one a process
   int num_threads = 0;  ///< of each run; 0: what processors there are for the jobs
@@ -68,13 +68,25 @@ RecordRuns::Options run_options_of(const BatchArguments& arguments, const Ranks*
 /// The config, for the first recording: what is wrong with it is said before anything is started.
 Config checked_config(const BatchArguments& arguments) {
   RunArguments first = arguments.run;
-  first.recording = arguments.recordings.front();
+  (first.input.empty() ? first.input : first.recording) = arguments.recordings.front();
   Config config = config_of(first);
   check_library(config);
   std::vector<fs::path> inputs = arguments.recordings;
-  inputs.push_back(arguments.run.input);
+  if (!arguments.run.input.empty()) inputs.push_back(arguments.run.input);
   require_apart(arguments.run.folder, inputs);
   return config;
+}
+
+/// A config that comes before the recordings.
+void take_config(BatchArguments& arguments) {
+  fs::path& first = arguments.recordings.front();
+  if (first.extension() != ".toml") return;
+  arguments.run.input = std::move(first);
+  arguments.recordings.erase(arguments.recordings.begin());
+  if (arguments.recordings.empty())
+    throw dsp::Fault(dsp::FaultKind::usage, "usage",
+                     fmt::format("{}: want recordings after the config. What it names itself: ardent run {}",
+                                 arguments.run.input.string(), arguments.run.input.string()));
 }
 
 std::string plan(const std::vector<RecordTask>& tasks, const RecordRuns::Options& runs) {
@@ -157,7 +169,7 @@ int write_results(const BatchResults& results, const BatchArguments& arguments, 
   folder.write("table.json", json);
   folder.write("report.html", batch_page(results));
   folder.write("log.txt", console.log());
-  add_input(manifest, arguments.run.input, folder.destination());
+  if (!arguments.run.input.empty()) add_input(manifest, arguments.run.input, folder.destination());
   manifest.warnings = console.warnings();
   manifest.exit_code = exit_code_of(results.records);
   const int code = manifest.exit_code;
@@ -227,15 +239,20 @@ int batch(const BatchArguments& arguments, Console& console) {
 Command batch_command() {
   const auto typed = std::make_shared<BatchArguments>();
   RunArguments& of_runs = typed->run;
+  std::vector<Option> of_each = run_options(of_runs, "RECORDINGS", "");
+  of_each.front() = {
+      "RECORDINGS",
+      &typed->recordings,
+      "Recordings, a run each; before them a config for all, NAME.toml, if there is one (a [[recording]] "
+      "in it is not run).",
+      {.required = true}};
   return {
       .name = "batch",
-      .help = "Many recordings by one config: on all cores, or on a cluster",
+      .help = "Many recordings, alike or by one config: on all cores, or on a cluster",
       .group = identify_group,
       .options = joined(
-          joined(run_options(of_runs, "CONFIG",
-                             "Settings for all recordings, NAME.toml; a [[recording]] in it is not run."),
-                 {{"RECORDINGS", &typed->recordings, "Recordings, a run each.", {.required = true}},
-                  {"--jobs",
+          joined(std::move(of_each),
+                 {{"--jobs",
                    &typed->num_jobs,
                    "Runs at a time in each process; 0: one for each processor, under mpirun one.",
                    {.name = "N", .preset = "0", .check = whole_number(0, 4096)}},
@@ -248,15 +265,18 @@ Command batch_command() {
       .run =
           [typed](const GlobalOptions& global, Console& console) {
             BatchArguments arguments = *typed;
+            take_config(arguments);
             arguments.run = with_global(arguments.run, global);
             arguments.num_threads = global.num_threads;
             (void)required_output(global, "batch");
             return batch(arguments, console);
           },
-      .examples = {"ardent batch rig.toml *.wav -o fleet", "ardent batch rig.toml *.wav -o fleet --jobs 2 --threads 1",
+      .examples = {"ardent batch *.csv -o fleet", "ardent batch rig.toml *.wav -o fleet",
+                   "ardent batch rig.toml *.wav -o fleet --jobs 2 --threads 1",
                    "mpirun -n 64 ardent batch rig.toml /data/*.wav -o fleet"},
       .details =
-          "Each recording is run by `ardent run CONFIG RECORDING` in a process of its own, the largest first; its "
+          "Each recording is run by `ardent run RECORDING`, or `ardent run CONFIG RECORDING`, in a process of its own, "
+          "the largest first; its "
           "folder is DIR/runs/NAME. A recording that cannot be read, or a run that crashes or finds no memory, costs "
           "that record only: its error is in the table. At the end: table.csv and table.json, a row for each range of "
           "each record; report.html; in both what all records together say, as `ardent merge` has it. Stopped in "

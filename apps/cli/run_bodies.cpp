@@ -197,9 +197,7 @@ RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunAr
   if (config.figures)
     for (const PlotFigure& figure : figures)
       write_figure_files(figure, [&](const std::string& name, std::string_view bytes) { results.write(name, bytes); });
-  const std::filesystem::path beside = config.recordings.front().file.parent_path();
-  results.write("report.html",
-                bodies_page(found, record, figures, config.figures, to_toml(config, beside.empty() ? "." : beside)));
+  results.write("report.html", bodies_page(found, record, figures, config));
   outcome.exit_code = exit_code_of(found, arguments, console);
   results.finish(config, inputs, {}, console, outcome.exit_code);
   return outcome;

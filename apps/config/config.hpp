@@ -48,6 +48,11 @@ struct FitConfig {
   std::string place;            ///< of `target` in the config
 };
 
+/// What a page says of its test, as it is; empty: nothing.
+struct ReportHeader {
+  std::string title, object, test, operator_name, date;
+};
+
 /// A setting and the values a study gives it, as `--set` would take them.
 struct StudyAxis {
   std::string key;  ///< "library.order"
@@ -68,6 +73,7 @@ struct Config {
   ident::Inner inner = ident::Inner::none;
   bool default_terms = false;  ///< beside those named, sgn(v) and the inputs that were measured; not with order = 0
   FitConfig fit;
+  ReportHeader report;
   bool rows = true, figures = true;  ///< a run folder has its tables with a row a sample, and figures/
   std::vector<StudyAxis> study;      ///< [study]: what `ardent study` varies; a run takes no notice
   std::vector<ident::Range> ranges;  ///< empty: one for each recording, named after it

@@ -260,6 +260,20 @@ Rows fit_rows() {
   return rows;
 }
 
+Rows report_rows() {
+  const auto said = [](const char* key, std::string ReportHeader::*member, const char* meaning) {
+    return Row::of(key, in(&Config::report, member), {}, meaning, "", "not said");
+  };
+  return {
+      section("report", "What the top of report.html says beside the result, as it is written here."),
+      Row::of("title", in(&Config::report, &ReportHeader::title), {}, "Its title.", "", "named after the recordings"),
+      said("object", &ReportHeader::object, "What was tested."),
+      said("test", &ReportHeader::test, "Which test it was."),
+      said("operator", &ReportHeader::operator_name, "Who made it."),
+      Row::of("date", in(&Config::report, &ReportHeader::date), {.date = true}, "When it was made: 2023-05-04.", "",
+              "not said")};
+}
+
 /// Values for each setting that a study may call by its key alone.
 Rows study_rows(const Rows& others) {
   Rows rows;
@@ -345,6 +359,7 @@ const Rows& config_rows() {
                     "it out."),
             Row::custom("full", {.flag = true},
                         "Of earlier versions, without effect: tables have every row and all digits.", "", "true", {})});
+    dsp::add_rows(all, report_rows());
     dsp::add_rows(all, study_rows(all));
     return all;
   }();

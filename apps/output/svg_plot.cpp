@@ -100,6 +100,14 @@ std::vector<Tick> ticks_of(const Limits& limits, int most, const std::vector<std
   return ticks;
 }
 
+/// More than numbers at the left need.
+double name_room(const PlotPanel& panel) {
+  constexpr double letter_px = 6.6, of_numbers = 50.0;
+  std::size_t longest = 0;
+  for (const std::string& name : panel.y_names) longest = std::max(longest, name.size());
+  return std::max(0.0, letter_px * static_cast<double>(longest) - of_numbers);
+}
+
 std::string axes(const PlotPanel& panel, const Frame& frame) {
   std::string out = fmt::format(
       "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"none\" stroke=\"#444444\"/>\n",
@@ -117,7 +125,7 @@ std::string axes(const PlotPanel& panel, const Frame& frame) {
     out += text_element(frame.left - 6.0, y + 4.0, "end", label);
   }
   out += text_element(frame.left + 0.5 * frame.width, bottom + 36.0, "middle", panel.x_label);
-  const double middle = frame.top + 0.5 * frame.height, label = frame.left - 56.0;
+  const double middle = frame.top + 0.5 * frame.height, label = frame.left - name_room(panel) - 56.0;
   out += text_element(label, middle, "middle", panel.y_label,
                       fmt::format(" transform=\"rotate(-90 {:.2f} {:.2f})\"", label, middle).c_str());
   out += text_element(frame.left + 0.5 * frame.width, frame.top - 9.0, "middle", panel.title, " font-weight=\"bold\"");
@@ -246,9 +254,10 @@ std::string shading(const PlotPanel& panel, const Frame& frame) {
 
 std::string panel_element(const PlotPanel& panel, const PlotFigure& figure, double left, double top, int number) {
   const double width = figure.panel_width_px, height = figure.panel_height_px;
-  const Frame frame{left + margin_left,
+  const double room = margin_left + name_room(panel);
+  const Frame frame{left + room,
                     top + margin_top,
-                    width - margin_left - margin_right,
+                    width - room - margin_right,
                     height - margin_top - margin_bottom,
                     limits_of(panel, &PlotSeries::x, panel.x_limits),
                     limits_of(panel, &PlotSeries::y, panel.y_limits)};

@@ -18,6 +18,7 @@ struct PlotSeries {
   Eigen::VectorXd x, y;
   PlotStyle style = PlotStyle::line;
   PlotColour colour = PlotColour::black;
+  bool band_limited = false;  ///< samples of what has no more than their band: between them it is known
 };
 
 /// Of numbers that were gathered one by one.
@@ -40,6 +41,10 @@ struct PlotPanel {
   std::vector<PlotSpan> spans = {};
 };
 
+/// What a reader asks of a page, in the order of asking. Where it has several figures to show, the first is shown
+/// first.
+enum class Question { none, follows, left_over, coefficients, choice };
+
 /// A figure as it is described once: to_svg draws it as a file, a page as a chart where it is zoomable.
 struct PlotFigure {
   std::string title;
@@ -48,7 +53,8 @@ struct PlotFigure {
   double panel_width_px = 460.0, panel_height_px = 300.0;
   std::vector<std::string> caption;  ///< paragraphs that say what to see
   std::string name = "p";            ///< of its files, without ending; plain, of one page once
-  bool zoomable = false;             ///< lines over an ascending x in one panel
+  bool zoomable = false;             ///< no axis has names; panels below one another share their x
+  Question question = Question::none;
 };
 
 /// The figure as an SVG document of its own: no script, no link, no font but the reader's sans-serif; its caption under

@@ -89,6 +89,22 @@ std::string damping_text(const ident::Mode& mode) {
   return with_uncertainty(100.0 * mode.damping, 100.0 * mode.damping_std) + " %";
 }
 
+FirstScreen::Answer answer_of(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  if (!result.silent_because.empty()) return {.sentence = fmt::format("No equation: {}.", result.silent_because)};
+  FirstScreen::Answer answer{.verdict = result.verdict, .sentence = result.sentence};
+  for (const ident::Model& model : models_of(result, record))
+    answer.equations.push_back(displayed_equation(model, ident::Notation::mathml));
+  const bool is_one = result.modes.size() == 1;
+  for (std::size_t i = 0; i < result.modes.size(); ++i) {
+    const ident::Mode& mode = result.modes[i];
+    const std::string which = is_one ? "" : fmt::format(" {}", i + 1);
+    answer.quantities.emplace_back("natural frequency" + which,
+                                   with_uncertainty(mode.frequency_hz, mode.frequency_std) + " Hz");
+    answer.quantities.emplace_back("damping ratio" + which, damping_text(mode));
+  }
+  return answer;
+}
+
 std::string coupling_text(const ident::Coupling& coupling) {
   const std::string pair = fmt::format("bodies {} and {}", coupling.lower, coupling.lower + 1);
   const std::string ratio = std::isfinite(coupling.mass_ratio)
@@ -198,10 +214,6 @@ std::string of_equation(const ident::BodiesLayout& layout, int equation) {
 void write_equations(const ident::BodiesResult& result, const std::vector<ident::Model>& models, HtmlWriter& html) {
   html.open("section", {{"id", "equations"}})
       .element("h2", result.model.layout.num_bodies == 1 ? "Equation of motion" : "One equation for each body");
-  for (const ident::Model& model : models)
-    html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", "equation"}})
-        .markup(displayed_equation(model, ident::Notation::mathml))
-        .close();
   html.open("details").element("summary", "LaTeX and plain text, to copy");
   for (const ident::Notation notation : {ident::Notation::latex, ident::Notation::text}) {
     Strings lines;
@@ -209,7 +221,6 @@ void write_equations(const ident::BodiesResult& result, const std::vector<ident:
     html.element("pre", fmt::format("{}", fmt::join(lines, "\n")));
   }
   html.close();
-  if (!result.sentence.empty()) html.element("p", result.sentence, {{"class", "verdict"}});
   for (std::size_t body = 0; body < models.size(); ++body) {
     std::vector<Strings> rows;
     for (const ident::ModelTerm& term : models[body].terms)
@@ -300,7 +311,7 @@ void write_sensors(const ident::BodiesResult& result, const ident::BodiesRecord&
 }  // namespace
 
 FirstScreen bodies_screen(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
-  FirstScreen screen;
+  FirstScreen screen{.answer = answer_of(result, record)};
   screen.entries.push_back(equations_entry(result, record));
   if (result.silent_because.empty()) {
     screen.entries.push_back(physics_entry(result, record));
@@ -327,7 +338,6 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
   const auto named = [&](std::size_t part) {
     return are_several ? fmt::format("{}. ", printable(record.parts[part].name, 100)) : "";
   };
-  constexpr double shown = 12.0;  // periods of the slowest mode
   for (const ident::BodiesRun& run : result.runs)
     for (Index body = 0; body < run.positions.cols(); ++body) {
       const Index count = run.positions.rows();
@@ -336,15 +346,18 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
       panel.series = {{"measured", t, record.samples.col(body).segment(run.samples.first, count), PlotStyle::line,
                        PlotColour::black},
                       {"free run", t, run.positions.col(body), PlotStyle::dashed, PlotColour::vermilion}};
-      const double span = result.modes.empty() ? 0.0 : shown / result.modes.front().frequency_hz;
-      if (span > 0.0 && span < t(count - 1) - t(0)) panel.x_limits = {t(count - 1) - span, t(count - 1)};
+      if (!result.modes.empty())
+        panel.x_limits = some_periods(1.0 / result.modes.front().frequency_hz, t, t(count - 1));
       figures.push_back(
           chart(fmt::format("body-{}-free-run{}", body + 1, numbered(run.part)),
-                fmt::format("{}Measured displacement{} and the free run of all equations together, driven by the "
-                            "recorded inputs alone from a state that the fitted samples gave (NMSE {}).{}",
+                fmt::format("{}Measured displacement{}, the free run of all equations together, driven by the recorded "
+                            "inputs alone from a state that the fitted samples gave (NMSE {}), and what is between "
+                            "them.{}",
                             named(run.part), whose(body), number_text(run.errors.nmse(body), "{:.2g}", "none"),
                             panel.x_limits ? " The last dozen periods of the slowest mode are shown." : ""),
                 panel));
+      add_error_panel(figures.back());
+      figures.back().question = Question::follows;
     }
   if (result.loop.position.size() > 0) {
     constexpr double drawn = 8.0;  // periods: more loops hide one another
@@ -360,13 +373,12 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
     panel.series = {
         {"measured", loop.position.tail(count), loop.measured.tail(count), PlotStyle::points, PlotColour::black},
         {"identified", loop.position.tail(count), loop.force.tail(count), PlotStyle::line, PlotColour::vermilion}};
-    figures.push_back(
-        drawing("memory-loop",
-                fmt::format("Loops of the force per mass z against displacement, the last {:.3g} s of the "
-                            "longest fitted stretch. Measured: what the other terms leave of the "
-                            "acceleration, which is derived from the displacement. Identified: z.",
-                            static_cast<double>(count) / loop.sample_rate_hz),
-                panel));
+    figures.push_back(cloud("memory-loop",
+                            fmt::format("Loops of the force per mass z against displacement, the last {:.3g} s of the "
+                                        "longest fitted stretch. Measured: what the other terms leave of the "
+                                        "acceleration, which is derived from the displacement. Identified: z.",
+                                        static_cast<double>(count) / loop.sample_rate_hz),
+                            panel));
   }
   for (std::size_t i = 0; i < record.parts.size(); ++i)
     for (Index body = 0; body < record.num_bodies; ++body) {
@@ -388,11 +400,12 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
 }
 
 std::string bodies_page(const ident::BodiesResult& result, const ident::BodiesRecord& record,
-                        const std::vector<PlotFigure>& figures, bool has_files, const std::string& config) {
+                        const std::vector<PlotFigure>& figures, const Config& config) {
   std::vector<PageFigure> drawn;
-  for (const PlotFigure& figure : figures) drawn.push_back(page_figure(figure, has_files));
-  return html_document("Equations of motion from " + printable(record.name, 200), [&](HtmlWriter& html) {
-    write_screen(bodies_screen(result, record), html);
+  for (const PlotFigure& figure : figures) drawn.push_back(page_figure(figure, config.figures));
+  return html_document(page_title(config.report, "Equations of motion from " + record.name), [&](HtmlWriter& html) {
+    write_header(config.report, html);
+    write_screen(bodies_screen(result, record), drawn, "body-", html);
     const bool is_one = result.model.layout.num_bodies == 1;
     write_contents({{"equations", is_one ? "Equation" : "Equations"},
                     {"modes", "Modes"},
@@ -402,7 +415,7 @@ std::string bodies_page(const ident::BodiesResult& result, const ident::BodiesRe
                     {"words", "Words on this page"}},
                    html);
     write_equations(result, models_of(result, record), html);
-    write_figures(drawn, "body-", html);
+    write_figures(drawn, "body-", Question::follows, true, html);
     write_modes(result, html);
     if (is_one) {
       write_memory(result, html);
@@ -414,7 +427,7 @@ std::string bodies_page(const ident::BodiesResult& result, const ident::BodiesRe
     write_sensors(result, record, html);
     write_figures(drawn, "record-", html);
     html.close();
-    write_repeat(1, config, html);
+    write_repeat(config, html);
     write_words(html);
   });
 }

@@ -17,10 +17,9 @@ namespace apps {
 [[nodiscard]] std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result,
                                                      const ident::BodiesRecord& record);
 
-/// report.html; `has_files`: the figures are files beside it.
+/// report.html.
 [[nodiscard]] std::string bodies_page(const ident::BodiesResult& result, const ident::BodiesRecord& record,
-                                      const std::vector<PlotFigure>& figures, bool has_files,
-                                      const std::string& config);
+                                      const std::vector<PlotFigure>& figures, const Config& config);
 
 /// The equations as LaTeX, the verdict as a comment before them.
 [[nodiscard]] std::string bodies_latex(const ident::BodiesResult& result, const ident::BodiesRecord& record);

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
+#include <utility>
 
 #include "apps/output/envelope.hpp"
 #include "apps/process/printable.hpp"
@@ -31,17 +33,64 @@ const char* name_of(PlotColour colour) {
   return names[static_cast<std::size_t>(colour)];
 }
 
-Json series_json(const PlotSeries& series) {
-  constexpr Index most_points = 40'000;  // two for each pixel where a twentieth of a record is shown
-  const auto [x, values] = envelope(series.x, series.y, most_points);
+/// What is carried of a series: parts one behind the other.
+struct Carried {
+  VectorXd x, y;
+  std::vector<Index> lengths;
+};
+
+/// The envelope of a long one, but for what is seen first, which is carried as it is.
+Carried carried(const PlotSeries& series, const std::optional<std::pair<double, double>>& view) {
+  constexpr Index most = 40'000;
+  const Index n = series.x.size();
+  Index first = 0, last = 0;
+  if (n > most && view && std::is_sorted(series.x.begin(), series.x.end())) {
+    first = std::lower_bound(series.x.begin(), series.x.end(), view->first) - series.x.begin();
+    last = std::upper_bound(series.x.begin(), series.x.end(), view->second) - series.x.begin();
+    if (last - first > most) last = first;
+  }
+  Carried result;
+  const auto add = [&](Index from, Index count, Index at_most) {
+    if (count == 0) return;
+    const Envelope part = envelope(series.x.segment(from, count), series.y.segment(from, count), at_most);
+    const Index before = result.x.size(), length = part.x.size();
+    result.x.conservativeResize(before + length);
+    result.y.conservativeResize(before + length);
+    result.x.tail(length) = part.x;
+    result.y.tail(length) = part.y;
+    result.lengths.push_back(length);
+  };
+  const auto share = [&](Index count) { return std::max<Index>(2, most * count / std::max<Index>(n, 1)); };
+  if (first == last) {
+    add(0, n, most);
+  } else {
+    add(0, first, share(first));
+    add(first, last - first, last - first);
+    add(last, n - last, share(n - last));
+  }
+  return result;
+}
+
+Json series_json(const PlotSeries& series, const std::optional<std::pair<double, double>>& view) {
+  const auto [x, values, lengths] = carried(series, view);
   const Packed y = packed(values);
   Json result{{"label", printable(series.label)},
               {"dashed", series.style == PlotStyle::dashed},
+              {"points", series.style == PlotStyle::points},
+              {"band_limited", series.band_limited},
               {"colour", name_of(series.colour)},
               {"n", x.size()}};
-  if (is_uniform(x)) {
-    result["x0"] = x(0);
-    result["dx"] = (x(x.size() - 1) - x(0)) / static_cast<double>(x.size() - 1);
+  Json parts = Json::array();
+  Index at = 0;
+  for (const Index length : lengths) {
+    const auto part = x.segment(at, length);
+    if (length > 1 && !is_uniform(part)) break;
+    parts.push_back(
+        {length, part(0), length > 1 ? (part(length - 1) - part(0)) / static_cast<double>(length - 1) : 0.0});
+    at += length;
+  }
+  if (at == x.size()) {
+    result["x"] = std::move(parts);
   } else {
     const Eigen::VectorXf written = x.cast<float>();
     result["x"] = base64(bytes_of(written));
@@ -93,10 +142,11 @@ std::string chart_json(const PlotPanel& panel) {
                 {"spans", Json::array()},
                 {"series", Json::array()}};
   if (panel.x_limits) document["view"] = {panel.x_limits->first, panel.x_limits->second};
+  if (panel.y_limits) document["y_view"] = {panel.y_limits->first, panel.y_limits->second};
   for (const PlotSpan& span : panel.spans)
     document["spans"].push_back(
         {{"from", span.from}, {"to", span.to}, {"label", printable(span.label)}, {"colour", name_of(span.colour)}});
-  for (const PlotSeries& series : panel.series) document["series"].push_back(series_json(series));
+  for (const PlotSeries& series : panel.series) document["series"].push_back(series_json(series, panel.x_limits));
   return document.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

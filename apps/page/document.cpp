@@ -1,6 +1,11 @@
 #include "apps/page/document.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
 #include "apps/page/assets.hpp"
+#include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"
 
 namespace apps {
@@ -32,6 +37,21 @@ std::string html_document(const std::string& title, const std::function<void(Htm
   html.open("script").markup(uplot_script()).close().open("script").markup(page_script()).close();
   html.close().close();
   return html.html();
+}
+
+std::string page_title(const ReportHeader& header, const std::string& otherwise) {
+  return printable(header.title.empty() ? otherwise : header.title, 200);
+}
+
+void write_header(const ReportHeader& header, HtmlWriter& html) {
+  const std::pair<const char*, const std::string&> entries[] = {
+      {"object", header.object}, {"test", header.test}, {"operator", header.operator_name}, {"date", header.date}};
+  const auto is_stated = [](const auto& entry) { return !entry.second.empty(); };
+  if (std::none_of(std::begin(entries), std::end(entries), is_stated)) return;
+  html.open("dl", {{"class", "header"}});
+  for (const auto& [name, value] : entries)
+    if (!value.empty()) html.open("div").element("dt", name).element("dd", printable(value, 200)).close();
+  html.close();
 }
 
 void write_contents(const std::vector<PageLink>& links, HtmlWriter& html) {

@@ -42,10 +42,10 @@ std::optional<PlotFigure> path_figure(const ident::JudgedFit& fit, const std::st
                   {plot_series("best of each size", sizes, left_db, PlotStyle::line, PlotColour::black)}};
   if (!kept.empty())
     panel.series.push_back(plot_series("kept", kept, kept_db, PlotStyle::points, PlotColour::vermilion));
-  return drawing(slug + "-terms",
-                 "What the best equation of each number of terms leaves of the target. The curve falls steeply as "
-                 "long as terms describe the motion, and flattens where further ones describe the noise.",
-                 std::move(panel));
+  return cloud(slug + "-terms",
+               "What the best equation of each number of terms leaves of the target. The curve falls steeply as "
+               "long as terms describe the motion, and flattens where further ones describe the noise.",
+               std::move(panel));
 }
 
 }  // namespace

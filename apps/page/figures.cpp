@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "apps/output/tables.hpp"
 
 namespace apps {
 
 using Eigen::Index;
+using Eigen::VectorXd;
 
 PlotFigure chart(std::string name, std::string caption, PlotPanel panel) {
   return {.panels = {std::move(panel)},
@@ -20,12 +22,50 @@ PlotFigure chart(std::string name, std::string caption, PlotPanel panel) {
           .zoomable = true};
 }
 
+PlotFigure cloud(std::string name, std::string caption, PlotPanel panel) {
+  PlotFigure figure = drawing(std::move(name), std::move(caption), std::move(panel));
+  figure.zoomable = true;
+  return figure;
+}
+
 PlotFigure drawing(std::string name, std::string caption, PlotPanel panel) {
   return {.panels = {std::move(panel)},
           .columns = 1,
           .panel_height_px = 340.0,
           .caption = {std::move(caption)},
           .name = std::move(name)};
+}
+
+std::optional<std::pair<double, double>> some_periods(double period_s, const VectorXd& time_s, double around_s) {
+  constexpr double shown = 12.0, most_of_all = 0.4;
+  const double length = shown * period_s, first = time_s(0), last = time_s(time_s.size() - 1);
+  if (!(length > 0.0) || length > most_of_all * (last - first)) return {};
+  const double from = std::clamp(around_s - 0.5 * length, first, last - length);
+  return std::pair{from, from + length};
+}
+
+std::optional<std::pair<double, double>> limits_of_most(const VectorXd& values) {
+  constexpr double outside = 0.0005, far = 4.0;  // of the values, on either side; of the spread of the others
+  std::vector<double> finite;
+  for (const double value : values)
+    if (std::isfinite(value)) finite.push_back(value);
+  const auto rank = static_cast<std::size_t>(std::ceil(outside * static_cast<double>(finite.size())));
+  if (finite.size() <= 2 * rank) return {};
+  std::sort(finite.begin(), finite.end());
+  const double low = finite[rank], high = finite[finite.size() - 1 - rank], spread = high - low;
+  if (!(spread > 0.0) || finite.back() - finite.front() < far * spread) return {};
+  return std::pair{low - 0.5 * spread, high + 0.5 * spread};
+}
+
+void add_error_panel(PlotFigure& figure) {
+  const PlotPanel& run = figure.panels.front();
+  const PlotSeries &measured = run.series[0], &predicted = run.series[1];
+  const VectorXd error = measured.y - predicted.y;
+  PlotPanel below{"error of the free run", run.x_label, run.y_label};
+  below.series = {{"measured less free run", measured.x, error, PlotStyle::line, PlotColour::blue, true}};
+  below.x_limits = run.x_limits;
+  below.y_limits = limits_of_most(error);
+  figure.panels.push_back(std::move(below));
 }
 
 std::string range_prefix(std::size_t range) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,10 +13,23 @@
 
 namespace apps {
 
-/// One panel of lines over an ascending x, wide: zoomable.
+/// One panel, wide, to be zoomed.
 [[nodiscard]] PlotFigure chart(std::string name, std::string caption, PlotPanel panel);
-/// One panel as it is.
+/// One panel of half the width, likewise.
+[[nodiscard]] PlotFigure cloud(std::string name, std::string caption, PlotPanel panel);
+/// One panel as it is, with names at its ticks.
 [[nodiscard]] PlotFigure drawing(std::string name, std::string caption, PlotPanel panel);
+
+/// A dozen periods of a length in seconds around a time, where times go far beyond them; none: all of it.
+[[nodiscard]] std::optional<std::pair<double, double>> some_periods(double period_s, const Eigen::VectorXd& time_s,
+                                                                    double around_s);
+
+/// Below the first panel of a free run, measured beside predicted: what is between them, on a scale of its own.
+void add_error_panel(PlotFigure& figure);
+
+/// Limits of an axis between which all of the values are but for one in a thousand, where the others lie far beyond
+/// them; none: all of it.
+[[nodiscard]] std::optional<std::pair<double, double>> limits_of_most(const Eigen::VectorXd& values);
 
 /// Takes figures one by one, as they hold every sample.
 using FigureTaker = std::function<void(PlotFigure)>;

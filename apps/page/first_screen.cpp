@@ -272,13 +272,32 @@ ScreenEntry input_entry(const RunResults& results, const ChosenEquation& chosen)
   return entry;
 }
 
+/// A unit as a page can print it.
+std::string with_powers(std::string unit) {
+  for (const auto& [plain, raised] : {std::pair{"^2", "\u00b2"}, std::pair{"^3", "\u00b3"}})
+    for (std::size_t at = 0; (at = unit.find(plain, at)) != std::string::npos;) unit.replace(at, 2, raised);
+  return unit;
+}
+
+FirstScreen::Answer answer_of(const RunResults& results, const ChosenEquation& chosen) {
+  if (chosen.fit == nullptr) return {.sentence = "No equation was found."};
+  FirstScreen::Answer answer{.verdict = chosen.fit->judgement.verdict,
+                             .sentence = larger_range_sentence(results, chosen) + chosen.fit->judgement.sentence,
+                             .equations = {displayed_equation(chosen.fit->model, ident::Notation::mathml)}};
+  if (*answer.verdict == ident::Verdict::does_not) return answer;
+  for (const PhysicalTerm& term : physical_terms(chosen, results))
+    answer.quantities.emplace_back(
+        term.name, fmt::format("{} {}", with_uncertainty(term.value, term.std), with_powers(term.unit)));
+  return answer;
+}
+
 constexpr std::size_t screen_width = 100;
 
 }  // namespace
 
 FirstScreen first_screen(const RunResults& results) {
   const ChosenEquation chosen = chosen_equation(results.ranges);
-  FirstScreen screen;
+  FirstScreen screen{.answer = answer_of(results, chosen)};
   if (const auto raw = uncalibrated_channels(results.ranges); !raw.empty())
     screen.entries.push_back({"", {{"NOT CALIBRATED: numbers are raw and have no unit, from " + joined(raw)}}, 2});
   for (ScreenEntry entry :

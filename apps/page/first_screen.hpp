@@ -1,5 +1,7 @@
 #pragma once
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/page/run_results.hpp"
@@ -19,6 +21,15 @@ struct FirstScreen {
     std::size_t most = 4;  ///< lines of a terminal; what is beyond is in report.html
   };
   std::vector<Entry> entries;
+
+  /// What a page shows before any words.
+  struct Answer {
+    std::optional<ident::Verdict> verdict = {};  ///< none: there is no equation
+    std::string sentence = {};
+    std::vector<std::string> equations = {};                           ///< MathML
+    std::vector<std::pair<std::string, std::string>> quantities = {};  ///< "natural frequency", "1.1254(3) Hz"
+  };
+  Answer answer = {};
 };
 
 /// The chosen equation, which one that is and whether the other methods agree, the zero of x, its physical terms;

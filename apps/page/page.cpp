@@ -40,99 +40,123 @@ std::vector<PageLink> contents_of(const RunResults& results) {
 
 }  // namespace
 
-void write_screen(const FirstScreen& screen, HtmlWriter& html) {
-  html.open("dl", {{"class", "first"}});
-  for (const FirstScreen::Entry& entry : screen.entries) {
-    html.element("dt", entry.label.empty() ? "note" : entry.label).open("dd");
-    std::string to_paste;
-    const auto paste = [&] {
-      if (!to_paste.empty()) html.element("pre", to_paste);
-      to_paste.clear();
-    };
-    for (const FirstScreen::Line& line : entry.lines) {
-      if (line.to_paste) {
-        to_paste += line.text + "\n";
-        continue;
-      }
-      paste();
-      html.element("p", line.text);
-    }
-    paste();
-    html.close();
-  }
-  html.close();
-}
-
 PageFigure page_figure(const PlotFigure& figure, bool has_files) {
   HtmlWriter html;
   const std::string id = "figure-" + figure.name;
   const PlotPanel& panel = figure.panels.front();
-  html.open("figure", {{"class", figure.zoomable ? "chart" : "cloud"}, {"aria-labelledby", id}});
+  html.open("figure", {{"class", figure.zoomable ? "chart" : "drawing"}, {"aria-labelledby", id}});
+  html.element("p", panel.title, {{"class", "title"}});
   if (figure.zoomable) {
-    html.element("h3", panel.title);
-    html.open("div", {{"class", "plot"}, {"role", "img"}, {"aria-labelledby", id}}).close();
-    html.open("div", {{"class", "tools"}}).close();
-    html.open("script", {{"type", "application/json"}}).markup(json_for_script(chart_json(panel))).close();
+    for (const PlotPanel& one : figure.panels)
+      html.open("div", {{"class", "plot"}, {"role", "img"}, {"aria-labelledby", id}})
+          .open("script", {{"type", "application/json"}})
+          .markup(json_for_script(chart_json(one)))
+          .close()
+          .close();
   } else {
     PlotFigure drawn = figure;
     drawn.caption.clear();
     html.open("div", {{"role", "img"}, {"aria-labelledby", id}}).markup(to_svg(drawn)).close();
   }
+  html.open("div", {{"class", "tools"}, {"data-name", figure.name}}).close();
   const bool is_part = figure.zoomable && panel.x_limits;
   html.element("figcaption",
                fmt::format("{}{}", fmt::join(figure.caption, " "), is_part ? " The button 'all' shows the rest." : ""),
                {{"id", id}});
   std::vector<std::vector<std::string>> rows;
-  for (const PlotSeries& series : panel.series) {
-    double least = std::nan(""), greatest = least, squares = 0.0, count = 0.0;
-    for (const double value : series.y)
-      if (std::isfinite(value)) {
-        least = std::fmin(least, value), greatest = std::fmax(greatest, value);
-        squares += value * value, count += 1.0;
-      }
-    rows.push_back({series.label.empty() ? panel.y_label : printable(series.label), fmt::format("{}", count),
-                    fmt::format("{:.4g}", least), fmt::format("{:.4g}", greatest),
-                    fmt::format("{:.4g}", std::sqrt(squares / count))});
-  }
+  for (const PlotPanel& one : figure.panels)
+    for (const PlotSeries& series : one.series) {
+      double least = std::nan(""), greatest = least, squares = 0.0, count = 0.0;
+      for (const double value : series.y)
+        if (std::isfinite(value)) {
+          least = std::fmin(least, value), greatest = std::fmax(greatest, value);
+          squares += value * value, count += 1.0;
+        }
+      rows.push_back({series.label.empty() ? one.y_label : printable(series.label), fmt::format("{}", count),
+                      fmt::format("{:.4g}", least), fmt::format("{:.4g}", greatest),
+                      fmt::format("{:.4g}", std::sqrt(squares / count))});
+    }
   html.open("details").element("summary", "In numbers");
   html.table(fmt::format("{}: {}", panel.title, panel.y_label), {"series", "points", "least", "greatest", "rms"}, rows);
   if (has_files)
     html.element("p",
                  fmt::format("All points: figures/{}.csv; as a drawing: figures/{}.svg", figure.name, figure.name));
   html.close().close();
-  return {figure.name, html.html(), figure.zoomable};
+  const bool is_wide = figure.panel_width_px > PlotFigure{}.panel_width_px;
+  return {figure.name, html.html(), is_wide, figure.question};
 }
 
-bool write_figures(const std::vector<PageFigure>& figures, std::string_view prefix, HtmlWriter& html) {
-  bool any = false;
-  for (const bool zoomable : {true, false}) {
-    std::vector<const PageFigure*> own;
-    for (const PageFigure& figure : figures)
-      if (figure.zoomable == zoomable && figure.name.starts_with(prefix)) own.push_back(&figure);
+namespace {
+
+using Chosen = std::vector<const PageFigure*>;
+
+void write_all(const Chosen& figures, HtmlWriter& html) {
+  for (const bool wide : {true, false}) {
+    Chosen own;
+    for (const PageFigure* figure : figures)
+      if (figure->is_wide == wide) own.push_back(figure);
     if (own.empty()) continue;
-    html.open("div", {{"class", zoomable ? "charts" : "clouds"}});
+    html.open("div", {{"class", wide || own.size() == 1 ? "charts" : "clouds"}});
     for (const PageFigure* figure : own) html.markup(figure->markup);
     html.close();
-    any = true;
   }
-  return any;
 }
 
-std::string report_page(const RunResults& results, const PageContent& content) {
+template <typename Counts>
+Chosen those_of(const std::vector<PageFigure>& figures, std::string_view prefix, Counts counts) {
+  Chosen own;
+  for (const PageFigure& figure : figures)
+    if (figure.name.starts_with(prefix) && counts(figure)) own.push_back(&figure);
+  return own;
+}
+
+}  // namespace
+
+bool write_figures(const std::vector<PageFigure>& figures, std::string_view prefix, HtmlWriter& html) {
+  const Chosen own = those_of(figures, prefix, [](const PageFigure&) { return true; });
+  write_all(own, html);
+  return !own.empty();
+}
+
+void write_figures(const std::vector<PageFigure>& figures, std::string_view prefix, Question question,
+                   bool without_first, HtmlWriter& html) {
+  Chosen own = those_of(figures, prefix, [&](const PageFigure& figure) { return figure.question == question; });
+  if (own.empty()) return;
+  if (!without_first) write_all({own.front()}, html);
+  own.erase(own.begin());
+  if (own.empty()) return;
+  html.open("details").element("summary",
+                               own.size() == 1 ? "One more figure" : fmt::format("{} more figures", own.size()));
+  write_all(own, html);
+  html.close();
+}
+
+void write_math(const std::string& mathml, HtmlWriter& html) {
+  html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", "equation"}})
+      .markup(mathml)
+      .close();
+}
+
+std::string report_page(const RunResults& results, const FirstScreen& first, const std::vector<PageFigure>& figures) {
   std::vector<std::string> names;
   for (const Input& input : results.inputs) names.push_back(printable(input.prepared.name, 200));
   constexpr std::size_t most_names = 4;
   if (names.size() > most_names) names.resize(most_names), names.emplace_back("...");
-  const std::string title = fmt::format("Equation of motion from {}", fmt::join(names, ", "));
+  const ReportHeader& header = results.config.report;
+  const std::string title = page_title(header, fmt::format("Equation of motion from {}", fmt::join(names, ", ")));
   return html_document(title, [&](HtmlWriter& html) {
-    write_screen(content.first, html);
+    write_header(header, html);
+    const ident::RangeResult* chosen = chosen_equation(results.ranges).range;
+    const auto number = static_cast<std::size_t>(chosen == nullptr ? 0 : chosen - results.ranges.data());
+    write_screen(first, figures, range_prefix(number), html);
     write_contents(contents_of(results), html);
-    for (const std::size_t i : chosen_first(results)) write_range(results.ranges[i], results, content.figures, html);
+    const std::vector<std::size_t> order = chosen_first(results);
+    for (const std::size_t i : order) write_range(results.ranges[i], results, figures, i != order.front(), html);
     write_agreement(results, html);
-    write_predictions(results.predictions, content.figures, html);
-    write_record(results, content.figures, html);
-    write_front_end(results, content.figures, html);
-    write_repeat(results.inputs.size(), content.config, html);
+    write_predictions(results.predictions, figures, html);
+    write_record(results, figures, html);
+    write_front_end(results, figures, html);
+    write_repeat(results.config, html);
     write_words(html);
   });
 }

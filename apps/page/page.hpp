@@ -11,16 +11,10 @@ namespace apps {
 /// The first ones and that of the chosen equation: a run of a hundred recordings has as many ranges.
 inline constexpr std::size_t most_ranges_with_figures = 12;
 
-/// What report.html shows.
-struct PageContent {
-  FirstScreen first;
-  std::vector<PageFigure> figures;
-  std::string config;  ///< config.toml
-};
-
 /// report.html: one file that asks for nothing else, neither from the folder nor from anywhere; the same bytes for the
 /// same run.
-[[nodiscard]] std::string report_page(const RunResults& results, const PageContent& content);
+[[nodiscard]] std::string report_page(const RunResults& results, const FirstScreen& first,
+                                      const std::vector<PageFigure>& figures);
 
 /// predict.html, likewise: an equation as text, run free on a recording beside what was measured.
 [[nodiscard]] std::string prediction_page(const ident::RecordPrediction& prediction, const std::string& equation);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <iterator>
 #include <mutex>
 #include <string>
@@ -20,18 +19,16 @@ void write_page(const RunResults& results, const FirstScreen& first, int num_thr
                 Console& console) {
   const auto start = std::chrono::steady_clock::now();
   console.step("writing report.html");
-  // Paths as from beside the recording: wherever the folder lies, the page is the same.
-  const std::filesystem::path beside = results.config.recordings.front().file.parent_path();
-  PageContent content{.first = first, .config = to_toml(results.config, beside.empty() ? "." : beside)};
+  std::vector<PageFigure> figures;
   std::mutex writing;
-  const auto into = [&](std::vector<PageFigure>& figures) {
+  const auto into = [&](std::vector<PageFigure>& taken) {
     return [&](const PlotFigure& figure) {
       if (results.config.figures)
         write_figure_files(figure, [&](const std::string& name, std::string_view bytes) {
           const std::lock_guard lock(writing);
           folder.write(name, bytes);
         });
-      figures.push_back(page_figure(figure, results.config.figures));
+      taken.push_back(page_figure(figure, results.config.figures));
     };
   };
   const ident::RangeResult* chosen = chosen_equation(results.ranges).range;
@@ -50,9 +47,9 @@ void write_page(const RunResults& results, const FirstScreen& first, int num_thr
     if (i < most_ranges_with_figures || &results.ranges[i] == chosen)
       range_figures(results.ranges[i], results, into(parts[part]));
   });
-  for (std::vector<PageFigure>& part : parts) std::move(part.begin(), part.end(), std::back_inserter(content.figures));
-  prediction_figures(results.predictions, into(content.figures));
-  folder.write("report.html", report_page(results, content));
+  for (std::vector<PageFigure>& part : parts) std::move(part.begin(), part.end(), std::back_inserter(figures));
+  prediction_figures(results.predictions, into(figures));
+  folder.write("report.html", report_page(results, first, figures));
   console.note(fmt::format("page and figures written in {:.2f} s",
                            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));
 }

@@ -142,31 +142,23 @@ struct RangeView {
   }
 };
 
-/// A dozen periods of the motion around a time, where all of it would be a block of ink.
-constexpr double shown_periods = 12.0;
-
-std::optional<std::pair<double, double>> some_periods(const RangeView& view, const VectorXd& times_s,
-                                                      const VectorXd& values, double around_s) {
-  if (values.size() < 16) return {};
+/// Of the strongest line of a signal, NaN where it is too short to have one.
+double period_s(const RangeView& view, const VectorXd& values) {
+  if (values.size() < 16) return nan;
   const VectorXd filled = values.unaryExpr([](double value) { return std::isfinite(value) ? value : 0.0; });
-  const double line_hz = dsp::strongest_line(filled, view.signals().sample_rate_hz).frequency_hz;
-  const double length = line_hz > 0.0 ? shown_periods / line_hz : 0.0, first = times_s(0),
-               last = times_s(times_s.size() - 1);
-  if (!(length > 0.0) || length > 0.4 * (last - first)) return {};
-  const double from = std::clamp(around_s - 0.5 * length, first, last - length);
-  return std::pair{from, from + length};
+  return 1.0 / dsp::strongest_line(filled, view.signals().sample_rate_hz).frequency_hz;
 }
 
 PlotFigure target_figure(const RangeView& view) {
   PlotPanel panel{"measured and identified", "time (s)", view.target_axis()};
   panel.series = {
-      {"measured", view.times_s, view.clock.on_clock(view.range.target), PlotStyle::line, PlotColour::black},
+      {"measured", view.times_s, view.clock.on_clock(view.range.target), PlotStyle::line, PlotColour::black, true},
       {"identified", view.times_s, view.clock.on_clock(view.fit.predicted), PlotStyle::dashed, PlotColour::vermilion}};
   panel.spans = view.train_and_test();
   const auto first_test =
       std::find_if(panel.spans.begin(), panel.spans.end(), [](const PlotSpan& span) { return span.label == "test"; });
   panel.x_limits =
-      some_periods(view, view.times_s, panel.series.front().y,
+      some_periods(period_s(view, panel.series.front().y), view.times_s,
                    first_test != panel.spans.end() ? first_test->from : view.times_s(view.times_s.size() / 2));
   return chart(view.slug + "-target",
                fmt::format("{} measured and identified in {}. Shaded: fitted (train) and not fitted (test).{}",
@@ -199,23 +191,26 @@ std::optional<PlotFigure> free_run_figure(const RangeView& view) {
   const VectorXd times = view.times_s.segment(first, last - first);
   PlotPanel panel{"free run on data not fitted", "time (s)", axis("x", view.unit("x"))};
   panel.series = {
-      {"measured", times, measured.segment(first, last - first), PlotStyle::line, PlotColour::black},
-      {"free run", times, predicted.segment(first, last - first), PlotStyle::dashed, PlotColour::vermilion}};
-  panel.x_limits = some_periods(view, times, panel.series.front().y, times(times.size() - 1));
-  return chart(
+      {"measured", times, measured.segment(first, last - first), PlotStyle::line, PlotColour::black, true},
+      {"free run", times, predicted.segment(first, last - first), PlotStyle::dashed, PlotColour::vermilion, true}};
+  panel.x_limits = some_periods(period_s(view, panel.series.front().y), times, times(times.size() - 1));
+  PlotFigure figure = chart(
       view.slug + "-free-run",
-      fmt::format(
-          "Free run of the equation beside the measured x, on data of {} that were not fitted. It starts from the "
-          "measured state at the beginning of each interval and is integrated with the measured inputs alone ({}).{}",
-          view.title, run.reason.empty() ? fmt::format("NMSE {:.2g}", run.nmse_centred) : run.reason,
-          panel.x_limits ? " The last dozen periods are shown, where an error of phase would have grown." : ""),
+      fmt::format("Free run of the equation beside the measured x, on data of {} that were not fitted, and what is "
+                  "between them. It starts from the measured state at the beginning of each interval and is "
+                  "integrated with the measured inputs alone ({}).{}",
+                  view.title, run.reason.empty() ? fmt::format("NMSE {:.2g}", run.nmse_centred) : run.reason,
+                  panel.x_limits ? " The last dozen periods are shown, where an error of phase would have grown." : ""),
       std::move(panel));
+  add_error_panel(figure);
+  return figure;
 }
 
 PlotFigure residual_figure(const RangeView& view) {
   PlotPanel panel{"residual: measured less identified", "time (s)", view.residual_axis()};
   panel.series = {{"residual", view.times_s, view.clock.on_clock(view.residual), PlotStyle::line, PlotColour::blue}};
   panel.spans = view.train_and_test();
+  panel.y_limits = limits_of_most(view.residual);
   return chart(view.slug + "-residual",
                fmt::format("Measured less identified {}, sample by sample, in {}.", view.fit.model.target, view.title),
                std::move(panel));
@@ -240,8 +235,8 @@ std::optional<PlotFigure> spectrum_figure(const RangeView& view) {
       std::move(panel));
 }
 
-/// A cloud of points, thinned.
-PlotSeries cloud(const std::string& label, const VectorXd& x, const VectorXd& y, PlotColour colour) {
+/// Points, thinned.
+PlotSeries points(const std::string& label, const VectorXd& x, const VectorXd& y, PlotColour colour) {
   const std::vector<Index> chosen = scattered(x.size(), most_cloud_points);
   return {label, x(chosen), y(chosen), PlotStyle::points, colour};
 }
@@ -250,18 +245,20 @@ void add_residual_clouds(const RangeView& view, const FigureTaker& take) {
   for (const dsp::Signal& signal : view.signals().signals) {
     const bool of_interest = signal.name == "x" || signal.name == "v" || ident::acts_from_outside(signal);
     if (!of_interest || signal.name == view.fit.model.target) continue;
-    take(drawing(
+    PlotPanel panel{"residual against " + signal.name,
+                    axis(signal.name, signal.unit),
+                    view.residual_axis(),
+                    {points("", view.on_rows(signal.name), view.residual, PlotColour::blue)}};
+    panel.y_limits = limits_of_most(view.residual);
+    take(cloud(
         fmt::format("{}-residual-{}", view.slug, dsp::slug(signal.name)),
         fmt::format("Residual against {}. It should have no shape: a curve or a step is a missing term.", signal.name),
-        {"residual against " + signal.name,
-         axis(signal.name, signal.unit),
-         view.residual_axis(),
-         {cloud("", view.on_rows(signal.name), view.residual, PlotColour::blue)}}));
+        std::move(panel)));
   }
 }
 
 PlotFigure phase_figure(const RangeView& view) {
-  return drawing(
+  return cloud(
       view.slug + "-phase",
       fmt::format(
           "States (x, v) in the data of {}. Between them the equation is tested; beyond them it is an extrapolation.",
@@ -269,7 +266,7 @@ PlotFigure phase_figure(const RangeView& view) {
       {"phase portrait",
        axis("x", view.unit("x")),
        axis("v", view.unit("v")),
-       {cloud("", view.on_rows("x"), view.on_rows("v"), PlotColour::black)}});
+       {points("", view.on_rows("x"), view.on_rows("v"), PlotColour::black)}});
 }
 
 /// Sum of the terms in x and v alone, as they act against the motion; `at_rest`: y and dy are these, too.
@@ -310,12 +307,12 @@ void add_restoring_force(const RangeView& view, const FigureTaker& take) {
   const auto add = [&](const char* signal, const VectorXd& at, const VectorXd& force, const VectorXd& line_x,
                        const VectorXd& line, const std::string& caption) {
     if (force.isZero(0.0)) return;
-    take(drawing(fmt::format("{}-force-{}", view.slug, signal), caption + of_mean,
-                 {fmt::format("{} against {}", what, signal),
-                  axis(signal, view.unit(signal)),
-                  axis(what, model.target_unit),
-                  {cloud("measured", at, force + left, PlotColour::sky),
-                   {"identified", line_x, line, PlotStyle::line, PlotColour::vermilion}}}));
+    take(cloud(fmt::format("{}-force-{}", view.slug, signal), caption + of_mean,
+               {fmt::format("{} against {}", what, signal),
+                axis(signal, view.unit(signal)),
+                axis(what, model.target_unit),
+                {points("measured", at, force + left, PlotColour::sky),
+                 {"identified", line_x, line, PlotStyle::line, PlotColour::vermilion}}}));
   };
   const VectorXd grid_x = grid_over(x), grid_v = grid_over(v), none = VectorXd::Zero(grid_x.size());
   add("x", x, spring, grid_x, restoring_force(model, grid_x, none, at_rest),
@@ -346,19 +343,25 @@ void range_figures(const ident::RangeResult& range, const RunResults& results, c
                        range.target - chosen.fit->predicted,
                        range_slug(range, results),
                        range.spec.name};
-  const auto take_if_any = [&](std::optional<PlotFigure> figure) {
-    if (figure) take(std::move(*figure));
+  const auto answering = [&](Question question) {
+    return [&take, question](PlotFigure figure) {
+      figure.question = question;
+      take(std::move(figure));
+    };
   };
-  take(target_figure(view));
-  take_if_any(free_run_figure(view));
-  take(residual_figure(view));
-  take_if_any(spectrum_figure(view));
-  if (view.signals().find("x") != nullptr && view.signals().find("v") != nullptr) {
-    add_restoring_force(view, take);
-    take(phase_figure(view));
-  }
-  add_residual_clouds(view, take);
-  evidence_figures(*chosen.fit, view.slug, take);
+  const auto take_if_any = [](const FigureTaker& taker, std::optional<PlotFigure> figure) {
+    if (figure) taker(std::move(*figure));
+  };
+  const bool has_states = view.signals().find("x") != nullptr && view.signals().find("v") != nullptr;
+  const FigureTaker follows = answering(Question::follows), left_over = answering(Question::left_over);
+  take_if_any(follows, free_run_figure(view));
+  follows(target_figure(view));
+  if (has_states) follows(phase_figure(view));
+  take_if_any(left_over, spectrum_figure(view));
+  left_over(residual_figure(view));
+  add_residual_clouds(view, left_over);
+  if (has_states) add_restoring_force(view, answering(Question::coefficients));
+  evidence_figures(*chosen.fit, view.slug, answering(Question::choice));
 }
 
 }  // namespace apps

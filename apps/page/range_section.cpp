@@ -91,16 +91,19 @@ void write_errors(const ident::JudgedFit& fit, HtmlWriter& html) {
               {"95 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_95)}});
 }
 
-void write_equation(const ident::RangeResult& range, const ident::JudgedFit& fit, const RunResults& results,
-                    HtmlWriter& html) {
-  html.open("div", {{"class", "math"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", "equation"}})
-      .markup(displayed_equation(fit.model, ident::Notation::mathml))
-      .close();
+void write_equation(const ident::JudgedFit& fit, bool is_at_top, HtmlWriter& html) {
+  if (!is_at_top) {
+    html.element("p", fit.judgement.sentence);
+    write_math(displayed_equation(fit.model, ident::Notation::mathml), html);
+  }
   for (const std::string& sentence : own_coefficient_sentences(fit.model)) html.element("p", sentence);
   html.open("details").element("summary", "LaTeX and plain text, to copy");
-  html.element("pre", displayed_equation(fit.model, ident::Notation::latex));
-  html.element("pre", displayed_equation(fit.model, ident::Notation::text)).close();
-  html.element("p", fit.judgement.sentence, {{"class", "verdict"}});
+  html.element("pre", displayed_equation(fit.model, ident::Notation::latex), {{"class", "copied"}});
+  html.element("pre", displayed_equation(fit.model, ident::Notation::text), {{"class", "copied"}}).close();
+}
+
+void write_physics(const ident::RangeResult& range, const ident::JudgedFit& fit, const RunResults& results,
+                   HtmlWriter& html) {
   std::vector<Strings> rows;
   for (const PhysicalTerm& term : physical_terms({&range, &fit}, results))
     rows.push_back({term.name, with_uncertainty(term.value, term.std), term.unit});
@@ -154,31 +157,51 @@ void write_predictions(const std::vector<ident::RecordPrediction>& predictions, 
                        HtmlWriter& html) {
   if (predictions.empty()) return;
   html.open("section", {{"id", "others"}}).element("h2", "Other recordings");
-  for (const ident::RecordPrediction& prediction : predictions) write_prediction(prediction, html);
   write_figures(figures, "prediction-", html);
+  for (const ident::RecordPrediction& prediction : predictions) write_prediction(prediction, html);
   html.close();
 }
 
 void write_range(const ident::RangeResult& range, const RunResults& results, const std::vector<PageFigure>& figures,
-                 HtmlWriter& html) {
-  const std::string id = fmt::format("range-{}", &range - results.ranges.data() + 1);
-  const bool is_chosen = results.ranges.size() > 1 && chosen_equation(results.ranges).range == &range;
+                 bool folded, HtmlWriter& html) {
+  const std::string id = fmt::format("range-{}", &range - results.ranges.data() + 1), prefix = id + "-";
+  const bool is_chosen = chosen_equation(results.ranges).range == &range;
   html.open("section", {{"id", id}})
-      .element("h2", fmt::format("Range {}{}", range.spec.name, is_chosen ? ": the chosen equation" : ""));
+      .element("h2", fmt::format("Range {}{}", range.spec.name,
+                                 is_chosen && results.ranges.size() > 1 ? ": the chosen equation" : ""));
   const ChosenEquation chosen = chosen_equation(range);
+  if (folded)
+    html.open("details").element(
+        "summary", chosen.fit == nullptr ? "no equation"
+                                         : fmt::format("{}: {}", in_words(chosen.fit->judgement.verdict),
+                                                       displayed_equation(chosen.fit->model, ident::Notation::text)));
   if (chosen.fit == nullptr) {
     html.element("p", "No method found an equation here.");
+    write_methods(range, html);
   } else {
-    html.element("p", fmt::format("Method: {}.", to_string(chosen.fit->fit.method)));
-    write_equation(range, *chosen.fit, results, html);
-    write_coefficients(chosen.fit->model, html);
+    write_equation(*chosen.fit, is_chosen, html);
+    html.element("h3", "Does it follow the motion?");
+    if (is_chosen) html.element("p", chosen.fit->judgement.sentence + " The figure is at the top.");
+    write_figures(figures, prefix, Question::follows, is_chosen, html);
     write_errors(*chosen.fit, html);
+    html.element("h3", "What is left over?");
+    write_figures(figures, prefix, Question::left_over, false, html);
+    html.element("h3", "What are the coefficients made of?");
+    write_physics(range, *chosen.fit, results, html);
+    write_coefficients(chosen.fit->model, html);
+    write_figures(figures, prefix, Question::coefficients, false, html);
+    html.element("h3", "How were the terms chosen?");
+    html.element("p", fmt::format("Method: {}.", to_string(chosen.fit->fit.method)));
+    write_methods(range, html);
+    write_decisions(range, *chosen.fit, html);
+    write_figures(figures, prefix, Question::choice, false, html);
+    const bool has_figures = std::any_of(figures.begin(), figures.end(),
+                                         [&](const PageFigure& figure) { return figure.name.starts_with(prefix); });
+    if (!has_figures)
+      html.element("p", fmt::format("Figures are drawn for the first {} ranges and for that of the chosen equation.",
+                                    most_ranges_with_figures));
   }
-  write_methods(range, html);
-  if (chosen.fit != nullptr) write_decisions(range, *chosen.fit, html);
-  if (!write_figures(figures, id + "-", html) && chosen.fit != nullptr)
-    html.element("p", fmt::format("Figures are drawn for the first {} ranges and for that of the chosen equation.",
-                                  most_ranges_with_figures));
+  if (folded) html.close();
   html.close();
 }
 

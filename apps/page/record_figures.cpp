@@ -124,7 +124,7 @@ std::optional<PlotFigure> steps_figure(const RunResults& results, const Recordin
         "ardent frc --static-friction sets it.";
   }
   if (panel.series.empty()) return {};
-  return drawing(prefix + "-response", std::move(caption), std::move(panel));
+  return cloud(prefix + "-response", std::move(caption), std::move(panel));
 }
 
 }  // namespace
@@ -136,9 +136,13 @@ void prediction_figures(const std::vector<ident::RecordPrediction>& predictions,
     PlotPanel panel{"free run on another recording", "time (s)", fmt::format("x ({})", prediction.unit)};
     panel.series = {{"measured", prediction.time_s, prediction.x, PlotStyle::line, PlotColour::black},
                     {"free run", prediction.time_s, prediction.predicted, PlotStyle::dashed, PlotColour::vermilion}};
-    take(chart(fmt::format("prediction-{}", ++number),
-               fmt::format("{}, not fitted: measured x and the free run of the chosen equation.", prediction.recording),
-               std::move(panel)));
+    PlotFigure figure =
+        chart(fmt::format("prediction-{}", ++number),
+              fmt::format("{}, not fitted: measured x, the free run of the chosen equation, and what is between them.",
+                          prediction.recording),
+              std::move(panel));
+    add_error_panel(figure);
+    take(std::move(figure));
   }
 }
 

@@ -159,14 +159,17 @@ void write_words(HtmlWriter& html) {
   html.close().close();
 }
 
-void write_repeat(std::size_t num_recordings, const std::string& config, HtmlWriter& html) {
+void write_repeat(const Config& config, HtmlWriter& html) {
   html.open("section", {{"id", "repeat"}}).element("h2", "How to repeat it");
   html.element("p",
                fmt::format("With Ardent {}, in the folder of this page, with the recording{} where the config says:",
-                           version(), num_recordings > 1 ? "s" : ""));
-  html.element("pre", "ardent run config.toml -o ../again");
+                           version(), config.recordings.size() > 1 ? "s" : ""));
+  html.element("pre", "ardent run config.toml -o ../again", {{"class", "copied"}});
   html.element("p", "manifest.json lists the SHA-256 of every file that was read and written. The config:");
-  html.open("details").element("summary", "config.toml").element("pre", config).close().close();
+  // Paths as from beside the recording: wherever the folder lies, the page is the same.
+  const std::filesystem::path beside = config.recordings.front().file.parent_path();
+  html.open("details").element("summary", "config.toml");
+  html.element("pre", to_toml(config, beside.empty() ? "." : beside)).close().close();
 }
 
 }  // namespace apps

@@ -255,11 +255,24 @@ TEST_CASE("kill -9 of a batch, of its children or of a rank loses nothing and no
   }
 }
 
+TEST_CASE("a batch needs no config: each recording is run as by itself", "[apps][batch_command]") {
+  const Scratch folder;
+  const std::string names = make_recordings(folder, 2);
+  expect(folder, "$ARDENT -q batch" + names + " -o out", 0, {"2 records: 2 with results"});
+  expect(folder, "$ARDENT -q run r2.csv -o own", 0, {});
+  CHECK(bytes_of(folder / "out/runs/r2/equation.json") == bytes_of(folder / "own/equation.json"));
+  CHECK(bytes_of(folder / "out/runs/r2/config.toml") != "");
+  CHECK_THAT(bytes_of(folder / "out/report.html"), Catch::Contains("<h1>2 records</h1>"));
+  // By name, and what the system has of them is as a config would leave it.
+  expect(folder, "$ARDENT -q batch" + names + " -o out", 0, {"2 kept from before"});
+}
+
 TEST_CASE("a batch refuses what is no place for it, and says what it would do", "[apps][batch_command]") {
   const Scratch folder;
   const std::string names = make_recordings(folder, 1);
   expect(folder, "$ARDENT batch c.toml" + names, 2, {"-o DIR is missing"});
-  expect(folder, "$ARDENT batch r1.csv r1.csv -o out", 2, {"want a config"});
+  expect(folder, "$ARDENT batch r1.csv ./r1.csv -o out", 2, {"is given twice, also as"});
+  expect(folder, "$ARDENT batch c.toml -o out", 2, {"want recordings after the config"});
   expect(folder, "$ARDENT batch c.toml" + names + " -o out --set library.order=-1", 2, {"[config.range]"});
   expect(folder, "$ARDENT batch c.toml" + names + " -o . ", 2, {"[output.overlap]"});
   expect(folder, "mkdir here && cd here && $ARDENT batch ../c.toml ../r1.csv -o .", 2, {"[output.current]"});

@@ -37,14 +37,18 @@ TEST_CASE("pages draw in a browser without a message or a request", "[apps][page
                    "/qzs_256.flac' -o rig && $ARDENT -q run hostile.toml -o hostile && "
                    "$ARDENT -q run duffing/response.csv --set library.order=1 -o '<b>run&' && "
                    "$ARDENT -q compare run '<b>run&' --truth duffing/truth.json -o runs && "
-                   "$ARDENT -q replicate table-1 fig-2 fig-11 -o paper");
+                   "$ARDENT -q replicate table-1 fig-2 fig-11 -o paper && "
+                   "cp duffing/response.csv 'a&b.csv' && $ARDENT -q batch duffing/response.csv 'a&b.csv' -o fleet && "
+                   "$ARDENT -q sim chain --seed 3 -o chain && $ARDENT -q run chain/response.csv -o bodies && "
+                   "$ARDENT -q predict run duffing/response.csv -o prediction");
   CAPTURE(made.err);
   REQUIRE(made.code == 0);
   const auto seen =
       support::run(folder, "/usr/bin/python3 '" ARDENT_SOURCES
                            "/tests/apps/page/open_page.py' \"$(dirname \"$ARDENT\")/axe\" "
                            "\"$PWD/run/report.html\" \"$PWD/rig/report.html\" \"$PWD/hostile/report.html\" "
-                           "\"$PWD/runs/compare.html\" \"$PWD/paper/replicate.html\"");
+                           "\"$PWD/runs/compare.html\" \"$PWD/paper/replicate.html\" \"$PWD/fleet/report.html\" "
+                           "\"$PWD/bodies/report.html\" \"$PWD/prediction/predict.html\"");
   if (seen.code == 77 || seen.code == 127) {
     WARN(seen.out + "skipped: pages were not opened in a browser");
     return;

@@ -101,13 +101,48 @@ TEST_CASE("what a page reads of a chart is what was put in", "[apps][page]") {
   std::int16_t code = 0;
   std::memcpy(&code, bytes.data() + 2 * 123, 2);
   CHECK(one["middle"].get<double>() + one["step"].get<double>() * code == Approx(y(123)).margin(1e-4));
-  CHECK(one["x0"].get<double>() + 299.0 * one["dx"].get<double>() == Approx(20.0));
+  CHECK(one["x"].size() == 1);
+  CHECK(one["x"][0][1].get<double>() + 299.0 * one["x"][0][2].get<double>() == Approx(20.0));
   const std::string odd = decoded(chart["series"][1]["x"]);  // not of equal steps: written out
   float x = 0.0F;
   std::memcpy(&x, odd.data() + 4 * 299, 4);
   CHECK(x == Approx(400.0F));
   CHECK(chart["series"][1]["dashed"] == true);
   CHECK(chart["spans"][0]["label"] == "train");
+}
+
+TEST_CASE("of a long series what is seen first is carried as it is", "[apps][page]") {
+  constexpr Index n = 200'000;
+  const VectorXd t = VectorXd::LinSpaced(n, 0.0, 0.01 * static_cast<double>(n - 1)), y = noise(n, 6);
+  apps::PlotPanel panel{"long", "time (s)", "x (m)", {{"measured", t, y}}, std::pair{1000.0, 1010.0}};
+  const auto chart = nlohmann::json::parse(apps::chart_json(panel));
+  const auto& one = chart["series"][0];
+  const std::string bytes = decoded(one["y"]);
+  const auto value = [&](Index i) {
+    std::int16_t code = 0;
+    std::memcpy(&code, bytes.data() + 2 * i, 2);
+    return one["middle"].get<double>() + one["step"].get<double>() * code;
+  };
+  REQUIRE(one["x"].size() == 3);
+  const Index before = one["x"][0][0];
+  CHECK(before < 21'000);
+  REQUIRE(one["x"][1][0] == 1001);
+  CHECK(one["x"][1][1].get<double>() == Approx(1000.0));
+  CHECK(one["x"][1][2].get<double>() == Approx(0.01));
+  for (Index i = 0; i <= 1000; i += 250) CHECK(value(before + i) == Approx(y(100'000 + i)).margin(1e-3));
+  CHECK(static_cast<Index>(bytes.size() / 2) == one["n"].get<Index>());
+}
+
+TEST_CASE("limits leave out what lies far beyond nearly all, and nothing else", "[apps][page]") {
+  VectorXd values = noise(10'000, 7);
+  CHECK_FALSE(apps::limits_of_most(values));
+  values(5000) = 300.0;
+  const auto limits = apps::limits_of_most(values);
+  REQUIRE(limits);
+  CHECK(limits->second < 20.0);
+  CHECK(limits->first < -3.0);
+  const VectorXd decay = VectorXd::LinSpaced(10'000, 0.0, -20.0).array().exp();  // a twentieth of it is large
+  CHECK_FALSE(apps::limits_of_most(decay));
 }
 
 TEST_CASE("a figure in numbers is that of all its points", "[apps][page]") {

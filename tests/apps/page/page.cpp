@@ -78,6 +78,31 @@ TEST_CASE("a page holds the equation, its coefficients and its figures", "[apps]
              Catch::StartsWith("time (s),measured,free run\n"));
 }
 
+TEST_CASE("a page begins with the verdict, the equation, quantities and the free run", "[apps][page]") {
+  const Scratch& folder = page_run();
+  const auto ended = support::run(folder,
+                                  "$ARDENT -q --force run duffing/response.csv -o headed --set "
+                                  "report.title='Test <7>' --set report.object='beam & mass' --set "
+                                  "report.date=2026-05-04");
+  CAPTURE(ended.err);
+  REQUIRE(ended.code == 0);
+  const std::string page = bytes_of(folder / "headed/report.html");
+  std::size_t at = 0;
+  for (const char* part :
+       {"<h1>Test &lt;7&gt;</h1>", "beam &amp; mass", "2026-05-04", "badge good", "describes", "<math>",
+        "natural frequency", " Hz</dd>", "free run on data not fitted", "measured less free run", "equation</dt>",
+        "Does it follow the motion?", "What is left over?", "What are the coefficients made of?",
+        "How were the terms chosen?", "Words on this page"}) {
+    CAPTURE(part);
+    const std::size_t found = page.find(part, at);
+    REQUIRE(found != std::string::npos);
+    at = found;
+  }
+  CHECK(page.find("operator</dt>") == std::string::npos);  // what was not stated
+  // The same config again, from what the run wrote: its date is a text there.
+  CHECK_THAT(bytes_of(folder / "headed/config.toml"), Catch::Contains("date = \"2026-05-04\""));
+}
+
 TEST_CASE("terminal and page begin with the same words, on one screen", "[apps][page]") {
   const auto ended = support::run(page_run(), "$ARDENT -q --force run duffing/response.csv -o again");
   CHECK(std::count(ended.out.begin(), ended.out.end(), '\n') <= 25);
