@@ -93,6 +93,10 @@ void write_joint_fit(const ident::JointResult& result, const ident::JointFit& fi
 
 void write_joint(const BatchResults& results, HtmlWriter& html) {
   html.element("h2", "All records together");
+  if (!results.joint.empty())
+    html.element("p",
+                 "By regression on the filtered rows of all of them. A record's own page may rest on its samples as "
+                 "they were recorded, whose standard deviations and errors are smaller.");
   if (!results.joint_reason.empty()) html.element("p", results.joint_reason);
   for (const std::string& warning : results.warnings) html.element("p", warning);
   for (const ident::JointResult& result : results.joint) {

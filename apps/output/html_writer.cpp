@@ -88,7 +88,7 @@ HtmlWriter& HtmlWriter::row(const std::vector<std::string>& cells) & {
   constexpr std::size_t short_cell = 26;  // numbers and names, which stay on one line
   open("tr");
   for (std::size_t i = 0; i < cells.size(); ++i)
-    if (i == 0)
+    if (i == 0 && !cells[i].empty())
       element("th", cells[i], {{"scope", "row"}});
     else if (cells[i].size() <= short_cell)
       element("td", cells[i], {{"class", "short"}});
@@ -101,7 +101,7 @@ HtmlWriter& HtmlWriter::table(std::string_view caption, const std::vector<std::s
                               const std::vector<std::vector<std::string>>& rows) & {
   open("div", {{"class", "table"}, {"tabindex", "0"}, {"role", "group"}, {"aria-label", caption}});
   open("table").element("caption", caption).open("thead").open("tr");
-  for (const std::string& head : heads) element("th", head, {{"scope", "col"}});
+  for (const std::string& head : heads) head.empty() ? element("td", "") : element("th", head, {{"scope", "col"}});
   close().close().open("tbody");
   for (const std::vector<std::string>& cells : rows) row(cells);
   return close().close().close();

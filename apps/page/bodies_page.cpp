@@ -98,9 +98,10 @@ FirstScreen::Answer answer_of(const ident::BodiesResult& result, const ident::Bo
   for (std::size_t i = 0; i < result.modes.size(); ++i) {
     const ident::Mode& mode = result.modes[i];
     const std::string which = is_one ? "" : fmt::format(" {}", i + 1);
-    answer.quantities.emplace_back("natural frequency" + which,
-                                   with_uncertainty(mode.frequency_hz, mode.frequency_std) + " Hz");
-    answer.quantities.emplace_back("damping ratio" + which, damping_text(mode));
+    answer.quantities.push_back(
+        {"natural frequency" + which, with_uncertainty(mode.frequency_hz, mode.frequency_std), "Hz"});
+    answer.quantities.push_back(
+        {"damping ratio" + which, with_uncertainty(100.0 * mode.damping, 100.0 * mode.damping_std), "%"});
   }
   return answer;
 }
@@ -354,7 +355,7 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
                             "inputs alone from a state that the fitted samples gave (NMSE {}), and what is between "
                             "them.{}",
                             named(run.part), whose(body), number_text(run.errors.nmse(body), "{:.2g}", "none"),
-                            panel.x_limits ? " The last dozen periods of the slowest mode are shown." : ""),
+                            panel.x_limits ? " The last periods are shown." : ""),
                 panel));
       add_error_panel(figures.back());
       figures.back().question = Question::follows;

@@ -184,6 +184,10 @@ std::string left_out(const std::vector<Input>& inputs) {
     for (const dsp::Interval& interval : input.prepared.excluded)
       by_reason[interval.why] += interval.to_s - interval.from_s;
     ends_s += 2.0 * static_cast<double>(input.prepared.signals.edge_samples) / input.prepared.signals.sample_rate_hz;
+    for (const dsp::Segment& segment : input.segmentation.segments)
+      if (segment.regime == dsp::Regime::stick)
+        by_reason["the payload sticks"] +=
+            static_cast<double>(segment.last - segment.first) / input.prepared.intermediate.sample_rate_hz;
   }
   std::vector<std::pair<std::string, double>> reasons(by_reason.begin(), by_reason.end());
   std::stable_sort(reasons.begin(), reasons.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
@@ -279,15 +283,51 @@ std::string with_powers(std::string unit) {
   return unit;
 }
 
+/// The displacements whose derivatives are in an equation, and its other inputs, with their units.
+std::string symbols_of(const ident::Model& model, const dsp::Motion& signals) {
+  Strings names{model.target}, said;
+  for (const ident::ModelTerm& term : model.terms) {
+    const ident::Expression expression(term.name);
+    names.insert(names.end(), expression.signals().begin(), expression.signals().end());
+  }
+  const bool has_base = signals.find("r") != nullptr || signals.find("ddr") != nullptr;
+  for (const std::string& name : names) {
+    const dsp::SignalInfo* known = dsp::find_signal(name);
+    const dsp::Signal* signal = signals.find(name);
+    const dsp::SignalInfo* shown = known != nullptr && known->order >= 0 ? &dsp::motion_signal(known->body, 0) : known;
+    const dsp::Signal* displacement = shown != nullptr ? signals.find(shown->name) : nullptr;
+    const std::string unit = displacement != nullptr                ? displacement->unit
+                             : known != nullptr && known->order > 0 ? "m"
+                             : signal != nullptr                    ? signal->unit
+                                                                    : "";
+    const bool is_plain = known != nullptr && known->body == dsp::Body::relative && !has_base;
+    const std::string meaning =
+        known != nullptr && known->order >= 0 && !is_plain ? ", " + dsp::in_words(shown->role) : "";
+    std::string text = fmt::format("{}{}{}", shown != nullptr ? std::string(shown->name) : printable(name, 60),
+                                   unit.empty() ? "" : " in " + with_powers(unit), meaning);
+    if (std::find(said.begin(), said.end(), text) == said.end()) said.push_back(std::move(text));
+  }
+  return joined(said, "; ");
+}
+
+/// Of a sentence its first statement.
+std::string first_statement(const std::string& sentence) {
+  const std::size_t end = sentence.find("; ");
+  return end == std::string::npos ? sentence : sentence.substr(0, end) + ".";
+}
+
 FirstScreen::Answer answer_of(const RunResults& results, const ChosenEquation& chosen) {
   if (chosen.fit == nullptr) return {.sentence = "No equation was found."};
-  FirstScreen::Answer answer{.verdict = chosen.fit->judgement.verdict,
-                             .sentence = larger_range_sentence(results, chosen) + chosen.fit->judgement.sentence,
-                             .equations = {displayed_equation(chosen.fit->model, ident::Notation::mathml)}};
+  const ident::Model& model = chosen.fit->model;
+  FirstScreen::Answer answer{
+      .verdict = chosen.fit->judgement.verdict,
+      .sentence = larger_range_sentence(results, chosen) + first_statement(chosen.fit->judgement.sentence),
+      .equations = {displayed_equation(model, ident::Notation::mathml)},
+      .symbols = symbols_of(model, results.inputs.front().prepared.signals)};
   if (*answer.verdict == ident::Verdict::does_not) return answer;
   for (const PhysicalTerm& term : physical_terms(chosen, results))
-    answer.quantities.emplace_back(
-        term.name, fmt::format("{} {}", with_uncertainty(term.value, term.std), with_powers(term.unit)));
+    answer.quantities.push_back({term.name, with_uncertainty(term.value, term.std), with_powers(term.unit)});
+  answer.accuracy = calibration_sentence(model);
   return answer;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "apps/page/run_results.hpp"
@@ -24,10 +23,15 @@ struct FirstScreen {
 
   /// What a page shows before any words.
   struct Answer {
+    struct Quantity {
+      std::string name, value, unit;  ///< "natural frequency", "1.1254(3)", "Hz"
+    };
     std::optional<ident::Verdict> verdict = {};  ///< none: there is no equation
-    std::string sentence = {};
-    std::vector<std::string> equations = {};                           ///< MathML
-    std::vector<std::pair<std::string, std::string>> quantities = {};  ///< "natural frequency", "1.1254(3) Hz"
+    std::string sentence = {};                   ///< the first of what it rests on
+    std::vector<std::string> equations = {};     ///< MathML
+    std::string symbols = {};                    ///< what they are: "x in m, f in N"
+    std::vector<Quantity> quantities = {};
+    std::string accuracy = {};  ///< what all of them share beside their standard deviations
   };
   Answer answer = {};
 };

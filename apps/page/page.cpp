@@ -60,9 +60,9 @@ PageFigure page_figure(const PlotFigure& figure, bool has_files) {
   }
   html.open("div", {{"class", "tools"}, {"data-name", figure.name}}).close();
   const bool is_part = figure.zoomable && panel.x_limits;
-  html.element("figcaption",
-               fmt::format("{}{}", fmt::join(figure.caption, " "), is_part ? " The button 'all' shows the rest." : ""),
-               {{"id", id}});
+  html.open("figcaption", {{"id", id}}).text(fmt::format("{}", fmt::join(figure.caption, " ")));
+  if (is_part) html.element("span", " The button 'all' shows the rest.", {{"class", "screen"}});
+  html.close();
   std::vector<std::vector<std::string>> rows;
   for (const PlotPanel& one : figure.panels)
     for (const PlotSeries& series : one.series) {

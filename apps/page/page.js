@@ -100,7 +100,7 @@
   });
 
   function digits(value, most = 4) {
-    if (value == null) return "-";
+    if (value == null) return "";
     const rounded = Number(value.toPrecision(most)), size = Math.abs(rounded);
     return size > 0 && (size < 1e-3 || size >= 1e6) ? rounded.toExponential().replace("e+", "e") : rounded.toString();
   }

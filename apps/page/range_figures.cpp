@@ -162,7 +162,7 @@ PlotFigure target_figure(const RangeView& view) {
                    first_test != panel.spans.end() ? first_test->from : view.times_s(view.times_s.size() / 2));
   return chart(view.slug + "-target",
                fmt::format("{} measured and identified in {}. Shaded: fitted (train) and not fitted (test).{}",
-                           view.fit.model.target, view.title, panel.x_limits ? " A dozen periods are shown." : ""),
+                           view.fit.model.target, view.title, panel.x_limits ? " Some periods are shown." : ""),
                std::move(panel));
 }
 
@@ -200,7 +200,7 @@ std::optional<PlotFigure> free_run_figure(const RangeView& view) {
                   "between them. It starts from the measured state at the beginning of each interval and is "
                   "integrated with the measured inputs alone ({}).{}",
                   view.title, run.reason.empty() ? fmt::format("NMSE {:.2g}", run.nmse_centred) : run.reason,
-                  panel.x_limits ? " The last dozen periods are shown, where an error of phase would have grown." : ""),
+                  panel.x_limits ? " The last periods are shown, where an error of phase would have grown." : ""),
       std::move(panel));
   add_error_panel(figure);
   return figure;

@@ -171,10 +171,11 @@ void write_range(const ident::RangeResult& range, const RunResults& results, con
                                  is_chosen && results.ranges.size() > 1 ? ": the chosen equation" : ""));
   const ChosenEquation chosen = chosen_equation(range);
   if (folded)
-    html.open("details").element(
-        "summary", chosen.fit == nullptr ? "no equation"
-                                         : fmt::format("{}: {}", in_words(chosen.fit->judgement.verdict),
-                                                       displayed_equation(chosen.fit->model, ident::Notation::text)));
+    html.open("details", {{"class", "range"}})
+        .element("summary", chosen.fit == nullptr
+                                ? "no equation"
+                                : fmt::format("{}: {}", in_words(chosen.fit->judgement.verdict),
+                                              displayed_equation(chosen.fit->model, ident::Notation::text)));
   if (chosen.fit == nullptr) {
     html.element("p", "No method found an equation here.");
     write_methods(range, html);

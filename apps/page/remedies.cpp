@@ -170,7 +170,7 @@ Remedy of_input(const RunResults& results, const ident::RangeResult& range, cons
                         untried.size() == 1 ? "is" : "are"),
             with_terms(results.config, untried)};
   return {
-      "An input that drives the motion is not in the equation: record it, or leave those times out. If nothing "
+      "An input that drives the motion is not in the equation: record it, or keep to times without it. If nothing "
       "drives it from outside, it excites itself, and a term is missing.",
       {}};
 }

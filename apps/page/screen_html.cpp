@@ -39,13 +39,20 @@ void write_claim(const FirstScreen& screen, HtmlWriter& html) {
       .close();
   for (const Entry& entry : screen.entries)
     if (entry.label.empty()) write_lines(entry.lines, html);  // it is about all of it
+  const bool is_doubtful = answer.verdict == ident::Verdict::does_not;
+  html.open("div", {{"class", is_doubtful ? "equations doubtful" : "equations"}});
   for (const std::string& equation : answer.equations) write_math(equation, html);
+  if (!answer.symbols.empty()) html.element("p", answer.symbols + ".", {{"class", "small"}});
+  html.close();
   if (answer.quantities.empty()) return;
   html.open("dl", {{"class", "quantities"}});
   constexpr std::size_t most = 4;  // all of them are in the words below
-  for (std::size_t i = 0; i < std::min(most, answer.quantities.size()); ++i)
-    html.open("div").element("dt", answer.quantities[i].first).element("dd", answer.quantities[i].second).close();
+  for (std::size_t i = 0; i < std::min(most, answer.quantities.size()); ++i) {
+    const FirstScreen::Answer::Quantity& one = answer.quantities[i];
+    html.open("div").element("dt", one.name).open("dd").text(one.value + " ").element("span", one.unit).close().close();
+  }
   html.close();
+  if (!answer.accuracy.empty()) html.element("p", answer.accuracy, {{"class", "small"}});
 }
 
 }  // namespace
@@ -60,9 +67,10 @@ void write_screen(const FirstScreen& screen, const std::vector<PageFigure>& figu
   });
   if (proof != figures.end()) html.open("div", {{"class", "proof"}}).markup(proof->markup).close();
   const auto is_remedy = [](const Entry& entry) { return entry.label == "mend"; };
+  const bool is_well = screen.answer.verdict == ident::Verdict::describes;  // there is nothing that must be mended
   for (const Entry& entry : screen.entries) {
     if (!is_remedy(entry)) continue;
-    html.open("div", {{"class", "mend"}}).element("h2", "To mend");
+    html.open("div", {{"class", is_well ? "mend" : "mend needed"}}).element("h2", "What to do next");
     write_lines(entry.lines, html);
     html.close();
   }

@@ -256,7 +256,7 @@ PYBIND11_MODULE(_ardent, module) {
   module.attr("version") = version();
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
-      if (thrown) std::rethrow_exception(thrown);
+      if (thrown) std::rethrow_exception(std::move(thrown));
     } catch (const dsp::Fault& fault) {
       raise(fault);
     } catch (const Interrupted&) {

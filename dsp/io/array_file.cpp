@@ -419,7 +419,8 @@ ArrayBytes read_from(const InputFile& file, std::uint64_t base) {
 
 ReadArray strided(NumberFormat format, std::vector<std::uint64_t> shape, std::vector<std::uint64_t> steps,
                   std::uint64_t first_byte, ArrayBytes bytes) {
-  return [=](int axis, std::int64_t first, std::int64_t count, double* into, std::size_t stride) {
+  return [format, shape = std::move(shape), steps = std::move(steps), first_byte, bytes = std::move(bytes)](
+             int axis, std::int64_t first, std::int64_t count, double* into, std::size_t stride) {
     constexpr std::uint64_t most_bytes = 1 << 23;  // at once
     const auto at = static_cast<std::size_t>(axis);
     const bool is_plane = shape.size() > 1;

@@ -82,7 +82,7 @@ std::optional<Numbered> numbered(const Channel& channel) {
     has_word = true;
   }
   if (found.number < 0 || !has_word) return std::nullopt;
-  if (channel.unit != "" && !order_of_unit(channel.unit) && !is_electrical(channel.unit)) return std::nullopt;
+  if (!channel.unit.empty() && !order_of_unit(channel.unit) && !is_electrical(channel.unit)) return std::nullopt;
   found.order = order_of_unit(channel.unit).value_or(found.order);
   return found;
 }

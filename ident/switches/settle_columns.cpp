@@ -266,7 +266,8 @@ RangeData iterate_columns(const Range& range, RangeResult& result, std::vector<C
     if (has_settled(equation, now) && pass >= least_passes) break;
     equation = placement.next(now);
     const bool formed_already = data.sensors && forms_like(formed_with, present, data.scale);
-    RangeSensors formed = formed_already ? std::move(*data.sensors) : sensors;
+    RangeSensors formed = sensors;
+    if (formed_already) formed = std::move(*data.sensors);
     data = {};  // before there is another
     dsp::for_each_index(2, num_threads, [&](std::size_t i) {
       if (i == 0)

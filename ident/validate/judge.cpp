@@ -85,9 +85,10 @@ std::string free_run_clause(const FreeRun& run, const Findings& found) {
   const char* how = found.run_error <= follows           ? "follows x"
                     : found.run_error <= follows_in_part ? "follows x roughly"
                                                          : "does not follow x";
-  const std::string noise = run.larger_nmse() > 2.0 * found.run_error
+  const std::string noise = run.larger_nmse() <= 2.0 * found.run_error ? std::string()
+                            : found.run_error > 0.0
                                 ? fmt::format(", NMSE {:.1g} beyond the noise of x", found.run_error)
-                                : std::string();
+                                : std::string(", no more than the noise of x");
   const bool on_training = run.nmse_training > run.nmse_centred && !(found.run_error <= follows);
   const double error = on_training ? run.nmse_training : run.nmse_centred;
   if (!std::isfinite(error)) return "the free run through the training rows diverged";

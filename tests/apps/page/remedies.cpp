@@ -92,7 +92,8 @@ TEST_CASE("where only doubt speaks against an equation, more data are proposed",
 TEST_CASE("an input that is missing is looked for among what was recorded", "[apps][page]") {
   Run run = failed(ident::Cause::missing_input);
   const std::string none =
-      "An input that drives the motion is not in the equation: record it, or leave those times out. If nothing drives "
+      "An input that drives the motion is not in the equation: record it, or keep to times without it. If nothing "
+      "drives "
       "it from outside, it excites itself, and a term is missing.\n";
   CHECK(run.proposed() == none);
   run.record("f", "N");
