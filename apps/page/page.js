@@ -127,7 +127,7 @@
     const data = columns(all.map(one => (ascends(one[0]) ? one : sorted(one))));
     const axis = label => ({ label: label, stroke: () => colour("ink"), grid: { stroke: () => colour("line"), width: 0.5 },
                              ticks: { stroke: () => colour("line") }, labelSize: label ? 22 : 0, labelFont: "13px sans-serif" });
-    const height = () => Math.round(number > 0 ? 150 : Math.min(340, Math.max(230, 0.42 * place.clientWidth)));
+    const height = () => Math.round(number > 0 ? 180 : Math.min(340, Math.max(230, 0.42 * place.clientWidth)));
     const options = {
       width: place.clientWidth, height: height(),
       scales: { x: { time: false }, y: chart.y_view ? { range: chart.y_view } : {} },
