@@ -38,9 +38,9 @@ void* load_module() {
     if (void* module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL)) return module;
     refuse_launch(fmt::format("{}. Is openmpi-bin installed? Without it leave mpirun out", ::dlerror()));
   }
-  refuse_launch(
-      fmt::format("{} is neither beside the program nor in its library folder. Install it again, or leave mpirun out",
-                  ARDENT_MPI_MODULE));
+  refuse_launch(fmt::format(
+      "{} is neither beside the program nor in its library folder. Install the package ardent-mpi, or leave mpirun out",
+      ARDENT_MPI_MODULE));
 }
 #endif
 
