@@ -101,11 +101,7 @@ void write_joint(const BatchResults& results, HtmlWriter& html) {
   for (const std::string& warning : results.warnings) html.element("p", warning);
   for (const ident::JointResult& result : results.joint) {
     if (!result.left_out.empty()) html.element("p", fmt::format("Left out: {}", fmt::join(result.left_out, ", ")));
-    for (const ident::JointFit& fit : result.fits)
-      if (!fit.model.terms.empty()) {
-        write_joint_fit(result, fit, html);
-        break;  // the other methods are in table.json
-      }
+    if (const ident::JointFit* fit = shown_fit(result)) write_joint_fit(result, *fit, html);  // others: table.json
   }
 }
 
@@ -255,10 +251,7 @@ std::string batch_text(const BatchResults& results) {
   if (errors.size() > most_lines) text += fmt::format("  and {} more, see table.csv\n", errors.size() - most_lines);
   if (!results.joint_reason.empty()) text += fmt::format("no joint fit: {}\n", results.joint_reason);
   constexpr std::size_t few = 5;
-  std::vector<ident::JointResult> first = results.joint;
-  for (ident::JointResult& result : first)
-    if (result.fits.size() > 1) result.fits.resize(1);
-  return text + joint_text(first, few);
+  return text + joint_text(results.joint, few);
 }
 
 }  // namespace apps

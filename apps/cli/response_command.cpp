@@ -11,6 +11,7 @@
 #include "apps/output/equation_file.hpp"
 #include "apps/output/equation_response.hpp"
 #include "apps/output/finished_run.hpp"
+#include "apps/page/outcome_pages.hpp"
 #include "apps/process/output_folder.hpp"
 #include "apps/process/path.hpp"
 
@@ -68,6 +69,7 @@ void run_response(const ResponseArguments& arguments, Console& console) {
   const std::string document = response_document(result);
   folder.write("frc.csv", response_csv(result));
   folder.write("frc.svg", to_svg(response_figure(result)));
+  folder.write("frc.html", response_page(result));
   folder.write("frc.json", document);
   add_input(manifest, equation, folder.destination());
   manifest.warnings = console.warnings();

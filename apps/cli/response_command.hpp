@@ -24,9 +24,9 @@ struct ResponseArguments {
 };
 
 /// The frequency response of an identified equation, up and down, with the spread that the uncertainty of its
-/// coefficients brings to amplitudes and jumps: frc.csv, frc.json, frc.svg, manifest.json. Threads do not change a bit.
-/// Throws dsp::Fault: as check_finished_run, read_equation and ident::equation_oscillator, "frc.option" (usage),
-/// "frc.diverged" (numerics).
+/// coefficients brings to amplitudes and jumps: frc.csv, frc.html, frc.json, frc.svg, manifest.json. Threads do not
+/// change a bit. Throws dsp::Fault: as check_finished_run, read_equation and ident::equation_oscillator, "frc.option"
+/// (usage), "frc.diverged" (numerics).
 void run_response(const ResponseArguments& arguments, Console& console);
 
 }  // namespace apps

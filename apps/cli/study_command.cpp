@@ -7,6 +7,7 @@
 
 #include "apps/cli/run_arguments.hpp"
 #include "apps/output/study_output.hpp"
+#include "apps/page/outcome_pages.hpp"
 #include "apps/process/output_folder.hpp"
 #include "dsp/names.hpp"
 #include "dsp/read_recording.hpp"
@@ -49,7 +50,8 @@ bool kept_nothing(const std::vector<StudyResult>& results) {
   return true;
 }
 
-/// Writes study.txt, study.csv, study.json and study-RANGE.svg into the folder. 4 where no cell kept a term, else 0.
+/// Writes study.txt, study.csv, study.json, study.html and study-RANGE.svg into the folder. 4 where no cell kept a
+/// term, else 0.
 int study(const StudyArguments& arguments, Console& console) {
   const RunArguments& run = arguments.run;
   const Config config = config_of(run);
@@ -85,7 +87,8 @@ int study(const StudyArguments& arguments, Console& console) {
   folder.write("study.csv", study_csv(results));
   const auto names = range_names(results);
   for (std::size_t i = 0; i < names.size(); ++i)
-    folder.write(fmt::format("study-{}.svg", dsp::slug(names[i])), study_figure(results, asked, i));
+    folder.write(fmt::format("study-{}.svg", dsp::slug(names[i])), to_svg(study_figure(results, asked, i)));
+  folder.write("study.html", study_page(results, asked, names));
   folder.write("study.json", json);
   manifest.warnings = console.warnings();
   folder.commit(std::move(manifest));

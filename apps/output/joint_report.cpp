@@ -98,6 +98,12 @@ void refuse_twice(const std::vector<const ident::RecordFactors*>& records) {
 
 }  // namespace
 
+const ident::JointFit* shown_fit(const ident::JointResult& result) {
+  const auto found = std::find_if(result.fits.begin(), result.fits.end(),
+                                  [](const ident::JointFit& fit) { return !fit.model.terms.empty(); });
+  return found == result.fits.end() ? nullptr : &*found;
+}
+
 std::vector<const ident::RecordCheck*> worst_first(const ident::JointFit& fit) {
   std::vector<const ident::RecordCheck*> order;
   for (const ident::RecordCheck& check : fit.records) order.push_back(&check);
@@ -188,12 +194,18 @@ std::string joint_text(const std::vector<ident::JointResult>& results, std::size
   for (const ident::JointResult& result : results) {
     text += fmt::format("range {}: {} records together\n", printable(result.range), result.records.size());
     if (!result.left_out.empty()) text += fmt::format("  left out: {}\n", fmt::join(result.left_out, ", "));
-    for (const ident::JointFit& fit : result.fits) {
-      text += fmt::format("  {}: {}\n    {}\n", to_string(fit.fit.method), to_string(fit.fit.status),
-                          ident::to_text(fit.model));
-      if (!fit.model.coordinates.empty()) text += fmt::format("    {}\n", coordinates_sentence(fit.model.coordinates));
-      if (!fit.model.terms.empty()) text += terms_table(fit) + records_table(fit, most_records);
+    const ident::JointFit* fit = shown_fit(result);
+    if (fit == nullptr) {
+      text += "  no equation\n";
+      continue;
     }
+    text += fmt::format("  {}\n", ident::to_text(fit->model));
+    if (!fit->model.coordinates.empty()) text += fmt::format("  {}\n", coordinates_sentence(fit->model.coordinates));
+    std::vector<MethodModel> others;
+    for (const ident::JointFit& other : result.fits)
+      if (&other != fit) others.push_back({other.fit.method, &other.model});
+    text += fmt::format("  By {}. {}\n", to_string(fit->fit.method), agreement_sentence(fit->model, others));
+    text += terms_table(*fit) + records_table(*fit, most_records);
   }
   return text;
 }

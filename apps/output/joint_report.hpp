@@ -10,6 +10,10 @@ namespace apps {
 /// the records that say most first, no more than `most_records`.
 [[nodiscard]] std::string joint_text(const std::vector<ident::JointResult>& results, std::size_t most_records = 20);
 
+/// The fit that speaks for all: of the first method that keeps a term; nullptr: none does.
+[[nodiscard]] const ident::JointFit* shown_fit(const ident::JointResult& result);
+void shown_fit(const ident::JointResult&&) = delete;
+
 /// Records by falling error of the equation that the others give; those without one last.
 [[nodiscard]] std::vector<const ident::RecordCheck*> worst_first(const ident::JointFit& fit);
 

@@ -196,6 +196,27 @@ std::vector<std::string> names_of(const std::vector<Eigen::Index>& terms, const 
   return names;
 }
 
+std::string agreement_sentence(const ident::Model& shown, const std::vector<MethodModel>& others) {
+  std::vector<std::string> same, all;
+  for (const auto& [of_method, model] : others) {
+    const std::string method(to_string(of_method));
+    if (model->terms.empty()) {
+      all.push_back(method + " found no equation");
+      continue;
+    }
+    std::vector<std::string> terms;
+    for (const ident::Disagreement& one : ident::disagreements(shown, "this", *model, method))
+      terms.push_back(one.term);
+    if (terms.empty())
+      same.push_back(method);
+    else
+      all.push_back(fmt::format("{} differs in {}", method, fmt::join(terms, ", ")));
+  }
+  if (!same.empty())
+    all.insert(all.begin(), fmt::format("{} agree{}", fmt::join(same, " and "), same.size() == 1 ? "s" : ""));
+  return all.empty() ? "No other method was tried." : fmt::format("{}.", fmt::join(all, "; "));
+}
+
 std::string report_text(const std::vector<ident::RangeResult>& ranges) {
   std::string text = calibration_text(ranges);
   if (!text.empty()) text += "\n\n";

@@ -24,6 +24,14 @@ namespace apps {
 /// "Calibration, apart from these: displacements and f 1 %."; empty where the coefficients change with none.
 [[nodiscard]] std::string calibration_sentence(const ident::Model& model);
 
+/// What a method found.
+struct MethodModel {
+  ident::Method method;
+  const ident::Model* model;
+};
+/// What the other methods found where this model is shown: "slow_rvm agrees; sindy differs in x^2."
+[[nodiscard]] std::string agreement_sentence(const ident::Model& shown, const std::vector<MethodModel>& others);
+
 /// The identified equations for a terminal, under a line that names channels not calibrated if there are any: each with
 /// its error bars and, right under it, in one sentence whether it describes the record, then remarks; last what the
 /// ranges disagree on.

@@ -9,7 +9,6 @@
 
 #include "apps/output/json_number.hpp"
 #include "apps/output/number_text.hpp"
-#include "apps/output/svg_plot.hpp"
 #include "apps/output/tables.hpp"
 #include "dsp/constants.hpp"
 
@@ -225,8 +224,8 @@ std::string study_json(const std::vector<StudyResult>& results, const std::vecto
   return document.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
-std::string study_figure(const std::vector<StudyResult>& results, const std::vector<StudyAxis>& axes,
-                         std::size_t range) {
+PlotFigure study_figure(const std::vector<StudyResult>& results, const std::vector<StudyAxis>& axes,
+                        std::size_t range) {
   PlotFigure figure;
   std::string name;
   std::vector<std::string> terms;
@@ -258,7 +257,7 @@ std::string study_figure(const std::vector<StudyResult>& results, const std::vec
     figure.panels.push_back(terms_panel(fits, terms, names));
   }
   figure.caption.push_back("Dots: terms kept, with a positive (vermilion) or a negative (blue) coefficient.");
-  return to_svg(figure);
+  return figure;
 }
 
 }  // namespace apps

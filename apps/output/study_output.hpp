@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "apps/config/study_cells.hpp"
+#include "apps/output/svg_plot.hpp"
 
 namespace apps {
 
@@ -16,7 +17,7 @@ namespace apps {
 [[nodiscard]] std::string study_json(const std::vector<StudyResult>& results, const std::vector<StudyAxis>& axes);
 /// One range, number `range` of every cell: for each axis the NMSE of train, test and free run, and which terms are
 /// kept.
-[[nodiscard]] std::string study_figure(const std::vector<StudyResult>& results, const std::vector<StudyAxis>& axes,
-                                       std::size_t range);
+[[nodiscard]] PlotFigure study_figure(const std::vector<StudyResult>& results, const std::vector<StudyAxis>& axes,
+                                      std::size_t range);
 
 }  // namespace apps

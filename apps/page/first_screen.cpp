@@ -32,35 +32,17 @@ std::string x_unit_of(const RunResults& results) {
   return x == nullptr ? std::string() : x->unit;
 }
 
-/// What the other methods found where this one was chosen.
-std::string agreement_sentence(const ChosenEquation& chosen) {
-  Strings same, different;
-  for (const ident::JudgedFit& other : chosen.range->fits) {
-    if (&other == chosen.fit) continue;
-    const std::string method(to_string(other.fit.method));
-    if (other.model.terms.empty()) {
-      different.push_back(method + " found no equation");
-      continue;
-    }
-    Strings terms;
-    for (const ident::Disagreement& one : ident::disagreements(chosen.fit->model, "this", other.model, method))
-      terms.push_back(one.term);
-    if (terms.empty())
-      same.push_back(method);
-    else
-      different.push_back(fmt::format("{} differs in {}", method, joined(terms)));
-  }
-  if (same.empty() && different.empty()) return "No other method was tried.";
-  Strings all;
-  if (!same.empty()) all.push_back(fmt::format("{} agree{}", joined(same, " and "), same.size() == 1 ? "s" : ""));
-  all.insert(all.end(), different.begin(), different.end());
-  return joined(all, "; ") + ".";
+std::string agreement_of(const ChosenEquation& chosen) {
+  std::vector<MethodModel> others;
+  for (const ident::JudgedFit& other : chosen.range->fits)
+    if (&other != chosen.fit) others.push_back({other.fit.method, &other.model});
+  return agreement_sentence(chosen.fit->model, others);
 }
 
 std::string choice_sentence(const RunResults& results, const ChosenEquation& chosen) {
   const char* why = results.ranges.size() > 1 ? " (the best verdict on the most data)" : "";
   return fmt::format("From range {}{} by {}. {}", chosen.range->spec.name, why, stage_text(*chosen.range, *chosen.fit),
-                     agreement_sentence(chosen));
+                     agreement_of(chosen));
 }
 
 /// Why the equation of a fit is not shown as that of the record.

@@ -40,7 +40,9 @@ TEST_CASE("pages draw in a browser without a message or a request", "[apps][page
                    "$ARDENT -q replicate table-1 fig-2 fig-11 -o paper && "
                    "cp duffing/response.csv 'a&b.csv' && $ARDENT -q batch duffing/response.csv 'a&b.csv' -o fleet && "
                    "$ARDENT -q sim chain --seed 3 -o chain && $ARDENT -q run chain/response.csv -o bodies && "
-                   "$ARDENT -q predict run duffing/response.csv -o prediction");
+                   "$ARDENT -q predict run duffing/response.csv -o prediction && "
+                   "$ARDENT -q frc rig -o frc --draws 20 && "
+                   "$ARDENT -q study duffing/response.csv --over order=1,3 -o study");
   CAPTURE(made.err);
   REQUIRE(made.code == 0);
   const auto seen =
@@ -48,7 +50,8 @@ TEST_CASE("pages draw in a browser without a message or a request", "[apps][page
                            "/tests/apps/page/open_page.py' \"$(dirname \"$ARDENT\")/axe\" "
                            "\"$PWD/run/report.html\" \"$PWD/rig/report.html\" \"$PWD/hostile/report.html\" "
                            "\"$PWD/runs/compare.html\" \"$PWD/paper/replicate.html\" \"$PWD/fleet/report.html\" "
-                           "\"$PWD/bodies/report.html\" \"$PWD/prediction/predict.html\"");
+                           "\"$PWD/bodies/report.html\" \"$PWD/prediction/predict.html\" "
+                           "\"$PWD/frc/frc.html\" \"$PWD/study/study.html\"");
   if (seen.code == 77 || seen.code == 127) {
     WARN(seen.out + "skipped: pages were not opened in a browser");
     return;
