@@ -145,6 +145,14 @@ Coefficients coefficients_of(const std::string& name, const BatchResults& result
   return found;
 }
 
+/// A name by its end, in which those of a series differ.
+std::string with_end(const std::string& name, std::size_t longest) {
+  if (name.size() <= longest) return printable(name);
+  std::size_t from = name.size() - longest;
+  while (from < name.size() && (static_cast<unsigned char>(name[from]) & 0xC0U) == 0x80U) ++from;  // within a letter
+  return "\u2026" + printable(name.substr(from));
+}
+
 /// The records below one another, the first on top, by name where there are not too many.
 PlotPanel coefficient_panel(const std::string& name, const Coefficients& found, const BatchResults& results) {
   constexpr std::size_t most_names = 60, longest_name = 28;
@@ -162,7 +170,7 @@ PlotPanel coefficient_panel(const std::string& name, const Coefficients& found, 
   panel.y_limits = {-0.7, n - 0.3};
   if (results.records.size() <= most_names)
     for (auto record = results.records.rbegin(); record != results.records.rend(); ++record)
-      panel.y_names.push_back(printable(record->recording, longest_name));
+      panel.y_names.push_back(with_end(record->recording, longest_name));
   else
     panel.y_label = "record, the first on top";
   panel.series = {plot_series("95 %", interval, ends, PlotStyle::line, PlotColour::blue),

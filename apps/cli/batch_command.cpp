@@ -68,7 +68,13 @@ RecordRuns::Options run_options_of(const BatchArguments& arguments, const Ranks*
 /// The config, for the first recording: what is wrong with it is said before anything is started.
 Config checked_config(const BatchArguments& arguments) {
   RunArguments first = arguments.run;
-  (first.input.empty() ? first.input : first.recording) = arguments.recordings.front();
+  const auto is_file = [](const fs::path& path) {
+    std::error_code unknown;
+    return !fs::is_directory(path, unknown);  // which costs that record only
+  };
+  const auto& all = arguments.recordings;
+  const auto usable = std::find_if(all.begin(), all.end(), is_file);
+  (first.input.empty() ? first.input : first.recording) = usable == all.end() ? all.front() : *usable;
   Config config = config_of(first);
   check_library(config);
   std::vector<fs::path> inputs = arguments.recordings;
@@ -79,11 +85,16 @@ Config checked_config(const BatchArguments& arguments) {
 
 /// A config that comes before the recordings.
 void take_config(BatchArguments& arguments) {
-  fs::path& first = arguments.recordings.front();
-  if (first.extension() != ".toml") return;
-  arguments.run.input = std::move(first);
-  arguments.recordings.erase(arguments.recordings.begin());
-  if (arguments.recordings.empty())
+  std::vector<fs::path>& recordings = arguments.recordings;
+  const auto is_config = [](const fs::path& path) { return path.extension() == ".toml"; };
+  const auto late = std::find_if(recordings.begin() + 1, recordings.end(), is_config);
+  if (late != recordings.end())
+    throw dsp::Fault(dsp::FaultKind::usage, "usage",
+                     fmt::format("{}: want one config, before the recordings", late->string()));
+  if (!is_config(recordings.front())) return;
+  arguments.run.input = std::move(recordings.front());
+  recordings.erase(recordings.begin());
+  if (recordings.empty())
     throw dsp::Fault(dsp::FaultKind::usage, "usage",
                      fmt::format("{}: want recordings after the config. What it names itself: ardent run {}",
                                  arguments.run.input.string(), arguments.run.input.string()));

@@ -14,7 +14,6 @@
 #include "apps/page/page_sections.hpp"
 #include "apps/page/screen_html.hpp"
 #include "apps/process/printable.hpp"
-#include "apps/process/version.hpp"
 
 namespace apps {
 namespace {
@@ -94,8 +93,8 @@ FirstScreen::Answer answer_of(const ident::BodiesResult& result, const ident::Bo
   FirstScreen::Answer answer{.verdict = result.verdict, .sentence = result.sentence};
   for (const ident::Model& model : models_of(result, record))
     answer.equations.push_back(displayed_equation(model, ident::Notation::mathml));
-  const bool is_one = result.modes.size() == 1;
-  for (std::size_t i = 0; i < result.modes.size(); ++i) {
+  const bool is_one = result.modes.size() == 1, is_wrong = result.verdict == ident::Verdict::does_not;
+  for (std::size_t i = 0; i < result.modes.size() && !is_wrong; ++i) {
     const ident::Mode& mode = result.modes[i];
     const std::string which = is_one ? "" : fmt::format(" {}", i + 1);
     answer.quantities.push_back(
@@ -219,7 +218,7 @@ void write_equations(const ident::BodiesResult& result, const std::vector<ident:
   for (const ident::Notation notation : {ident::Notation::latex, ident::Notation::text}) {
     Strings lines;
     for (const ident::Model& model : models) lines.push_back(displayed_equation(model, notation));
-    html.element("pre", fmt::format("{}", fmt::join(lines, "\n")));
+    html.element("pre", fmt::format("{}", fmt::join(lines, "\n")), {{"class", "copied"}});
   }
   html.close();
   for (std::size_t body = 0; body < models.size(); ++body) {

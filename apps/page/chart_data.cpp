@@ -35,8 +35,12 @@ const char* name_of(PlotColour colour) {
 
 /// What is carried of a series: parts one behind the other.
 struct Carried {
+  struct Part {
+    Index length = 0;
+    bool is_thinned = false;
+  };
   VectorXd x, y;
-  std::vector<Index> lengths;
+  std::vector<Part> parts;
 };
 
 /// The envelope of a long one, but for what is seen first, which is carried as it is.
@@ -58,7 +62,7 @@ Carried carried(const PlotSeries& series, const std::optional<std::pair<double, 
     result.y.conservativeResize(before + length);
     result.x.tail(length) = part.x;
     result.y.tail(length) = part.y;
-    result.lengths.push_back(length);
+    result.parts.push_back({length, length < count});
   };
   const auto share = [&](Index count) { return std::max<Index>(2, most * count / std::max<Index>(n, 1)); };
   if (first == last) {
@@ -71,28 +75,39 @@ Carried carried(const PlotSeries& series, const std::optional<std::pair<double, 
   return result;
 }
 
+/// Their x as runs of equal steps, [length, first, step, thinned]; null where these would be many.
+Json runs_of(const Carried& carried) {
+  const std::size_t most_runs = 8 + static_cast<std::size_t>(carried.x.size()) / 50;  // four numbers each
+  Json runs = Json::array();
+  Index end = 0;
+  for (const Carried::Part& part : carried.parts) {
+    Index at = end;
+    end += part.length;
+    while (at < end && runs.size() <= most_runs) {
+      Index length = std::min<Index>(2, end - at);
+      while (at + length < end && is_uniform(carried.x.segment(at + length - 2, 3))) ++length;
+      while (length > 2 && !is_uniform(carried.x.segment(at, length))) length = (length + 1) / 2;
+      const auto x = carried.x.segment(at, length);
+      runs.push_back({length, x(0), length > 1 ? (x(length - 1) - x(0)) / static_cast<double>(length - 1) : 0.0,
+                      part.is_thinned ? 1 : 0});
+      at += length;
+    }
+  }
+  return runs.size() > most_runs ? Json() : runs;
+}
+
 Json series_json(const PlotSeries& series, const std::optional<std::pair<double, double>>& view) {
-  const auto [x, values, lengths] = carried(series, view);
-  const Packed y = packed(values);
+  const Carried shown = carried(series, view);
+  const Packed y = packed(shown.y);
   Json result{{"label", printable(series.label)},
               {"dashed", series.style == PlotStyle::dashed},
               {"points", series.style == PlotStyle::points},
               {"band_limited", series.band_limited},
               {"colour", name_of(series.colour)},
-              {"n", x.size()}};
-  Json parts = Json::array();
-  Index at = 0;
-  for (const Index length : lengths) {
-    const auto part = x.segment(at, length);
-    if (length > 1 && !is_uniform(part)) break;
-    parts.push_back(
-        {length, part(0), length > 1 ? (part(length - 1) - part(0)) / static_cast<double>(length - 1) : 0.0});
-    at += length;
-  }
-  if (at == x.size()) {
-    result["x"] = std::move(parts);
-  } else {
-    const Eigen::VectorXf written = x.cast<float>();
+              {"n", shown.x.size()}};
+  result["x"] = runs_of(shown);
+  if (result["x"].is_null()) {
+    const Eigen::VectorXf written = shown.x.cast<float>();
     result["x"] = base64(bytes_of(written));
   }
   result["middle"] = y.middle;

@@ -20,8 +20,9 @@ struct Packed {
 
 /// A panel as the JSON document that page.js draws: {"title", "x_label", "y_label", "view", "y_view": [from, to] (what
 /// is shown first, left out: all), "spans": [{"from", "to", "label", "colour"}], "series": [{"label", "dashed",
-/// "points", "band_limited", "colour", "n", "x", "middle", "step", "y" (int16)}]}. "x": [[length, first, step], ...],
-/// parts one behind the other, or float32; arrays in base64; of long series the envelope, but for what is shown first.
+/// "points", "band_limited", "colour", "n", "x", "middle", "step", "y" (int16)}]}. "x": [[length, first, step,
+/// thinned], ...], runs one behind the other, or float32; arrays in base64; of long series the envelope, but for what
+/// is shown first.
 [[nodiscard]] std::string chart_json(const PlotPanel& panel);
 
 }  // namespace apps

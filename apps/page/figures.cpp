@@ -47,13 +47,17 @@ std::optional<std::pair<double, double>> some_periods(double period_s, const Vec
 std::optional<std::pair<double, double>> limits_of_most(const VectorXd& values) {
   constexpr double outside = 0.0005, far = 4.0;  // of the values, on either side; of the spread of the others
   std::vector<double> finite;
+  finite.reserve(static_cast<std::size_t>(values.size()));
   for (const double value : values)
     if (std::isfinite(value)) finite.push_back(value);
-  const auto rank = static_cast<std::size_t>(std::ceil(outside * static_cast<double>(finite.size())));
-  if (finite.size() <= 2 * rank) return {};
-  std::sort(finite.begin(), finite.end());
-  const double low = finite[rank], high = finite[finite.size() - 1 - rank], spread = high - low;
-  if (!(spread > 0.0) || finite.back() - finite.front() < far * spread) return {};
+  const auto rank = static_cast<std::ptrdiff_t>(outside * static_cast<double>(finite.size()));
+  if (rank == 0) return {};
+  const auto low_at = finite.begin() + rank, high_at = finite.end() - 1 - rank;
+  std::nth_element(finite.begin(), low_at, finite.end());
+  std::nth_element(low_at, high_at, finite.end());
+  const double low = *low_at, high = *high_at, spread = high - low;
+  const double least = *std::min_element(finite.begin(), low_at + 1), most = *std::max_element(high_at, finite.end());
+  if (!(spread > 0.0) || most - least < far * spread) return {};
   return std::pair{low - 0.5 * spread, high + 0.5 * spread};
 }
 

@@ -28,7 +28,7 @@ namespace apps {
 void add_error_panel(PlotFigure& figure);
 
 /// Limits of an axis between which all of the values are but for one in a thousand, where the others lie far beyond
-/// them; none: all of it.
+/// them; none: all of it, as always of fewer than two thousand.
 [[nodiscard]] std::optional<std::pair<double, double>> limits_of_most(const Eigen::VectorXd& values);
 
 /// Takes figures one by one, as they hold every sample.
@@ -49,8 +49,8 @@ void record_figures(const RunResults& results, const FigureTaker& take);
 /// What figures of a range, by its number from 0, are called to begin with.
 [[nodiscard]] std::string range_prefix(std::size_t range);
 
-/// A figure of one panel as numbers, figures/NAME.csv: one column for x and one for each series where these share their
-/// x, else a row `series,x,y` for each point. Cells that do not exist are empty. The figure must outlive it.
+/// The first panel of a figure as numbers, figures/NAME.csv: one column for x and one for each series where these share
+/// their x, else a row `series,x,y` for each point. Cells that do not exist are empty. The figure must outlive it.
 [[nodiscard]] CsvTable figure_table(const PlotFigure& figure);
 
 /// figures/NAME.svg and figures/NAME.csv.

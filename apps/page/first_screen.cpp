@@ -159,7 +159,7 @@ ScreenEntry remedy_entry(const RunResults& results) {
 }
 
 /// Seconds that are left out of all recordings by reason, the longest first.
-std::string left_out(const std::vector<Input>& inputs) {
+std::string left_out(const std::vector<Input>& inputs, bool without_stops) {
   std::map<std::string, double> by_reason;
   double ends_s = 0.0;
   for (const Input& input : inputs) {
@@ -167,7 +167,7 @@ std::string left_out(const std::vector<Input>& inputs) {
       by_reason[interval.why] += interval.to_s - interval.from_s;
     ends_s += 2.0 * static_cast<double>(input.prepared.signals.edge_samples) / input.prepared.signals.sample_rate_hz;
     for (const dsp::Segment& segment : input.segmentation.segments)
-      if (segment.regime == dsp::Regime::stick)
+      if (without_stops && segment.regime == dsp::Regime::stick)
         by_reason["the payload sticks"] +=
             static_cast<double>(segment.last - segment.first) / input.prepared.intermediate.sample_rate_hz;
   }
@@ -203,8 +203,9 @@ ScreenEntry data_entry(const RunResults& results, const ChosenEquation& chosen) 
   Strings names;
   for (const Input& input : results.inputs) names.push_back(printable(input.prepared.name, 100));
   if (names.size() > most) names = {names.front(), fmt::format("{} more recordings", names.size() - 1)};
+  const bool without_stops = chosen.range != nullptr && !chosen.range->regime.any();
   entry.lines.push_back({fmt::format("{}: {}; left out: {}.", joined(names, " and "), length_and_rate(results.inputs),
-                                     left_out(results.inputs))});
+                                     left_out(results.inputs, without_stops))});
   if (chosen.range == nullptr) return entry;
   const double rate_hz = results.inputs[chosen.range->rows.train.front().recording].prepared.signals.sample_rate_hz;
   const auto seconds = [&](const std::vector<ident::Row>& rows) { return static_cast<double>(rows.size()) / rate_hz; };
@@ -278,15 +279,13 @@ std::string symbols_of(const ident::Model& model, const dsp::Motion& signals) {
     const dsp::Signal* signal = signals.find(name);
     const dsp::SignalInfo* shown = known != nullptr && known->order >= 0 ? &dsp::motion_signal(known->body, 0) : known;
     const dsp::Signal* displacement = shown != nullptr ? signals.find(shown->name) : nullptr;
-    const std::string unit = displacement != nullptr                ? displacement->unit
-                             : known != nullptr && known->order > 0 ? "m"
-                             : signal != nullptr                    ? signal->unit
-                                                                    : "";
+    const std::string unit = displacement != nullptr ? displacement->unit : signal == nullptr ? "" : signal->unit;
+    const std::string of_length = unit.substr(0, known != nullptr && known->order > 0 ? unit.find("/s") : unit.size());
     const bool is_plain = known != nullptr && known->body == dsp::Body::relative && !has_base;
     const std::string meaning =
         known != nullptr && known->order >= 0 && !is_plain ? ", " + dsp::in_words(shown->role) : "";
     std::string text = fmt::format("{}{}{}", shown != nullptr ? std::string(shown->name) : printable(name, 60),
-                                   unit.empty() ? "" : " in " + with_powers(unit), meaning);
+                                   of_length.empty() ? "" : " in " + with_powers(of_length), meaning);
     if (std::find(said.begin(), said.end(), text) == said.end()) said.push_back(std::move(text));
   }
   return joined(said, "; ");

@@ -30,6 +30,7 @@ std::vector<PageLink> contents_of(const RunResults& results) {
   std::vector<PageLink> links;
   for (const std::size_t i : chosen_first(results))
     links.push_back({fmt::format("range-{}", i + 1), "Range " + printable(results.ranges[i].spec.name, 60)});
+  if (results.ranges.size() > 1) links.push_back({"agreement", "Do the ranges agree?"});
   if (!results.predictions.empty()) links.push_back({"others", "Other recordings"});
   links.insert(links.end(), {{"record", "The record"},
                              {"front-end", "Front end"},
@@ -59,8 +60,15 @@ PageFigure page_figure(const PlotFigure& figure, bool has_files) {
     html.open("div", {{"role", "img"}, {"aria-labelledby", id}}).markup(to_svg(drawn)).close();
   }
   html.open("div", {{"class", "tools"}, {"data-name", figure.name}}).close();
-  const bool is_part = figure.zoomable && panel.x_limits;
+  std::size_t num_beyond = 0;
+  for (const PlotPanel& one : figure.panels)
+    for (const PlotSeries& series : one.series)
+      if (figure.zoomable && one.y_limits)
+        num_beyond += static_cast<std::size_t>(
+            (series.y.array() < one.y_limits->first || series.y.array() > one.y_limits->second).count());
+  const bool is_part = figure.zoomable && (panel.x_limits || num_beyond > 0);
   html.open("figcaption", {{"id", id}}).text(fmt::format("{}", fmt::join(figure.caption, " ")));
+  if (num_beyond > 0) html.text(fmt::format(" {} points lie far beyond the axis.", num_beyond));
   if (is_part) html.element("span", " The button 'all' shows the rest.", {{"class", "screen"}});
   html.close();
   std::vector<std::vector<std::string>> rows;

@@ -4,48 +4,60 @@
   const colour = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
   const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
 
+  // Of a series its x and y, and where samples are all there: [first, last) of runs that are evenly spaced.
   function unpack(series) {
     const codes = new Int16Array(bytes(series.y)), y = new Array(series.n);
     for (let i = 0; i < series.n; ++i) y[i] = codes[i] === -32768 ? null : series.middle + series.step * codes[i];
-    if (typeof series.x === "string") return [Array.from(new Float32Array(bytes(series.x))), y];
-    const x = [];
-    for (const [length, first, step] of series.x) for (let i = 0; i < length; ++i) x.push(first + step * i);
-    return [x, y];
+    if (typeof series.x === "string") return { x: Array.from(new Float32Array(bytes(series.x))), y, even: [] };
+    const x = [], even = [];
+    for (const [length, first, step, is_thinned] of series.x) {
+      if (series.band_limited && !is_thinned) even.push([x.length, x.length + length]);
+      for (let i = 0; i < length; ++i) x.push(first + step * i);
+    }
+    return { x, y, even };
   }
 
   const ascends = x => x.every((value, i) => i === 0 || value > x[i - 1]);
+  const is_same = (one, other) => one.length === other.length && one.every((value, i) => value === other[i]);
 
-  // By rising x: a curve that falls throughout turned round, points in their order.
-  function sorted([x, y]) {
+  function sorted({ x, y }) {
     const order = x.map((_, i) => i).filter(i => Number.isFinite(x[i])).sort((i, k) => x[i] - x[k]);
-    return [order.map(i => x[i]), order.map(i => y[i])];
+    return { x: order.map(i => x[i]), y: order.map(i => y[i]), even: [] };
   }
 
-  // One column of x for all: as it is where the series share it, joined where not.
+  // One column of x for all, rising, with a place for every point; undefined is where a series has none.
   function columns(all) {
-    const same = all.every(([x]) => x.length === all[0][0].length && x[0] === all[0][0][0] && x[1] === all[0][0][1]);
-    return same ? [all[0][0], ...all.map(one => one[1])] : uPlot.join(all);
+    if (all.every(one => is_same(one.x, all[0].x))) return [all[0].x, ...all.map(one => one.y)];
+    const points = [];
+    all.forEach((one, k) => one.x.forEach((x, i) => points.push([x, k, one.y[i]])));
+    points.sort((one, other) => one[0] - other[0]);
+    const data = [[], ...all.map(() => [])];
+    for (const [x, k, y] of points) {
+      const last = data[0].length - 1;
+      const row = last >= 0 && data[0][last] === x && data[k + 1][last] === undefined ? last : last + 1;
+      data[0][row] = x;
+      for (let c = 1; c < data.length; ++c) if (row > last) data[c][row] = undefined;
+      data[k + 1][row] = y;
+    }
+    return data;
   }
 
-  // A curve through samples of what is limited to their band: between them the sum of their neighbours, each times a
-  // sinc under a Lanczos window; straight where they are not evenly spaced, near a gap, or closer than can be seen.
-  function curve(u, series, first, last) {
-    const x = u.data[0], y = u.data[series], path = new Path2D(), reach = 8, near_px = 3;
-    const place = (at, value) => [u.valToPos(at, "x", true), u.valToPos(value, "y", true)];
-    const sinc = t => (t === 0 ? 1 : Math.sin(Math.PI * t) / (Math.PI * t));
+  // A line through points [first, last]. Between evenly spaced samples of what is limited to their band it is the sum
+  // of their neighbours, each times a sinc under a Lanczos window; straight elsewhere, and where nobody could see it.
+  function trace({ x, y, even }, first, last, place, per_px, line) {
+    const reach = 8, near_px = 3, sinc = t => (t === 0 ? 1 : Math.sin(Math.PI * t) / (Math.PI * t));
     let down = false;
     for (let i = Math.max(0, first - 1); i <= Math.min(last + 1, x.length - 1); ++i) {
-      if (y[i] == null) {
+      if (y[i] === undefined) continue;
+      if (y[i] === null) {
         down = false;
         continue;
       }
       const [px, py] = place(x[i], y[i]);
-      down ? path.lineTo(px, py) : path.moveTo(px, py);
+      down ? line.lineTo(px, py) : line.moveTo(px, py);
       down = true;
-      const step = x[i + 1] - x[i], from = i - reach + 1, to = i + reach;
-      const width = (u.valToPos(x[i + 1], "x", true) - px) / devicePixelRatio;
-      if (!(width > near_px) || from < 0 || to >= x.length) continue;
-      if (Math.abs(x[to] - x[from] - (to - from) * step) > 1e-3 * step) continue;
+      const from = i - reach + 1, to = i + reach, width = i + 1 < x.length ? (place(x[i + 1], y[i])[0] - px) / per_px : 0;
+      if (!(width > near_px) || !even.some(([begin, end]) => begin <= from && to < end)) continue;
       if (y.slice(from, to + 1).some(value => value == null)) continue;
       const pieces = Math.ceil(width / 2);
       for (let k = 1; k < pieces; ++k) {
@@ -54,11 +66,15 @@
           const t = i + k / pieces - j, weight = sinc(t) * sinc(t / reach);
           sum += weight * y[j], weights += weight;
         }
-        path.lineTo(...place(x[i] + step * k / pieces, sum / weights));
+        line.lineTo(...place(x[i] + (x[i + 1] - x[i]) * k / pieces, sum / weights));
       }
     }
-    return { stroke: path };
+    return line;
   }
+
+  const curve = one => (u, series, first, last) => ({
+    stroke: trace(one, first, last, (x, y) => [u.valToPos(x, "x", true), u.valToPos(y, "y", true)], devicePixelRatio, new Path2D()),
+  });
 
   function within(u, act) {
     const { ctx, bbox } = u;
@@ -89,7 +105,7 @@
 
   // Lines whose x turns back, loops, in the order of their points.
   const loops = (all, chart) => u => within(u, ctx => {
-    all.forEach(([x, y], k) => {
+    all.forEach(({ x, y }, k) => {
       if (chart.series[k].points || ascends(x) || !u.series[k + 1].show) return;
       ctx.beginPath();
       x.forEach((at, i) => y[i] == null || ctx.lineTo(u.valToPos(at, "x", true), u.valToPos(y[i], "y", true)));
@@ -107,39 +123,45 @@
   const place_digits = 8;  // of an abscissa: milliseconds of a day
   const charts = [];       // {plot, chart, group, low, high}
 
-  function style_of(one, overlaid, is_loop) {
-    const pen = () => colour(!one.dashed && !one.points && overlaid ? "under" : one.colour);
-    const style = { label: one.label, stroke: pen, width: one.dashed ? 1.8 : overlaid ? 3.5 : 1.3,
+  function style_of(one, values, is_under, is_loop) {
+    const pen = () => colour(is_under ? "under" : one.colour);
+    const style = { label: one.label, stroke: pen, width: one.dashed ? 1.8 : is_under ? 3.5 : 1.3,
                     dash: one.dashed ? [7, 4] : undefined, spanGaps: false, points: { show: one.n < 60 },
                     value: (u, v) => digits(v) };
     if (one.points)
       Object.assign(style, { paths: () => null, points: { show: true, size: one.n < 200 ? 6 : 3, width: 0, fill: pen, stroke: pen } });
     else if (is_loop)
       Object.assign(style, { paths: () => null, points: { show: false } });
-    else if (one.band_limited)
-      style.paths = curve;
+    else if (values.even.length > 0)
+      style.paths = curve(values);
     return style;
   }
 
   function draw_panel(place, chart, number, is_last, group) {
     const overlaid = chart.series.some(one => one.dashed);  // measured lies broad and grey under identified
-    const all = chart.series.map(unpack).map(one => (ascends(one[0].slice().reverse()) ? sorted(one) : one));
-    const data = columns(all.map(one => (ascends(one[0]) ? one : sorted(one))));
+    const falls = ({ x }) => x.length > 1 && ascends(x.slice().reverse());
+    const all = chart.series.map(unpack).map(one => (falls(one) ? sorted(one) : one));
+    if (all.length === 0) return null;
+    const is_shared = all.every(one => is_same(one.x, all[0].x));
+    const data = columns(all.map(one => (ascends(one.x) ? one : sorted(one))));
     const axis = label => ({ label: label, stroke: () => colour("ink"), grid: { stroke: () => colour("line"), width: 0.5 },
                              ticks: { stroke: () => colour("line") }, labelSize: label ? 22 : 0, labelFont: "13px sans-serif" });
     const height = () => Math.round(number > 0 ? 180 : Math.min(340, Math.max(230, 0.42 * place.clientWidth)));
+    const one = { chart, group, all, is_shared, is_limited: true };
     const options = {
       width: place.clientWidth, height: height(),
-      scales: { x: { time: false }, y: chart.y_view ? { range: chart.y_view } : {} },
+      scales: { x: { time: false },
+                y: chart.y_view ? { range: (u, low, high) => (one.is_limited ? chart.y_view : uPlot.rangeNum(low, high, 0.1, true)) } : {} },
       axes: [Object.assign(axis(is_last ? chart.x_label : ""), { values: (u, ticks) => ticks.map(v => digits(v, place_digits)) }),
              Object.assign(axis(chart.y_label), { size: 62, space: number > 0 ? 20 : 30, values: (u, ticks) => ticks.map(v => digits(v)) })],
       series: [{ label: chart.x_label, value: (u, v) => digits(v, place_digits) }].concat(chart.series.map((one, k) =>
-        Object.assign(style_of(one, overlaid, !ascends(all[k][0])), { label: one.label || chart.y_label }))),
+        Object.assign(style_of(one, is_shared ? all[k] : { even: [] }, overlaid && one.label === "measured", !ascends(all[k].x)),
+                      { label: one.label || chart.y_label }))),
       hooks: { drawClear: [shade(chart.spans)], draw: [loops(all, chart)], setSelect: [] },
       legend: { markers: { width: 2, dash: (u, i) => (i > 0 && chart.series[i - 1].dashed ? "dashed" : "solid") } },
       cursor: { drag: { x: true, y: false, setScale: false }, sync: group ? { key: group } : undefined },
     };
-    const one = { chart, group, low: data[0][0], high: data[0][data[0].length - 1] };
+    Object.assign(one, { low: data[0][0], high: data[0][data[0].length - 1] });
     options.hooks.setSelect.push(u => {
       if (u.select.width < 2) return;
       const from = u.posToVal(u.select.left, "x"), to = u.posToVal(u.select.left + u.select.width, "x");
@@ -159,13 +181,19 @@
 
   // Charts of one record have one time axis.
   function show(one, min, max) {
-    for (const other of charts) if (other === one || (one.group && other.group === one.group)) other.plot.setScale("x", { min, max });
+    for (const other of charts) {
+      if (other !== one && other.group !== one.group) continue;
+      other.is_limited = false;
+      other.plot.setScale("x", { min, max });
+    }
   }
 
-  const linked = figure => {
-    const found = /^figure-(range-\d+|recording-\d+|body)/.exec(figure.getAttribute("aria-labelledby"));
-    return found ? found[1] : figure.getAttribute("aria-labelledby");
-  };
+  // What lies on one clock: a range, a recording, a part of a record of several bodies.
+  function group_of(figure) {
+    const name = figure.getAttribute("aria-labelledby"), found = /^figure-(range-\d+|recording-\d+)/.exec(name);
+    const part = /^figure-(?:body-\d+-free-run|record-\d+)(-\d+)?$/.exec(name);
+    return found ? found[1] : part ? "part" + (part[1] || "") : name;
+  }
 
   function add_button(tools, name, act, title) {
     const button = document.createElement("button");
@@ -190,9 +218,9 @@
     const heads = [panels[0].chart.x_label], tables = [];
     for (const { chart, plot } of panels) {
       heads.push(...chart.series.map(one => one.label || chart.y_label));
-      tables.push(plot.data);
+      plot.data.slice(1).forEach(y => tables.push({ x: plot.data[0], y }));
     }
-    const data = uPlot.join(tables), rows = [heads.map(quoted).join(",")];
+    const data = columns(tables), rows = [heads.map(quoted).join(",")];
     data[0].forEach((_, i) => rows.push(data.map(column => cell(column[i])).join(",")));
     return new Blob([rows.join("\n") + "\n"], { type: "text/csv" });
   }
@@ -217,11 +245,14 @@
     return found;
   }
 
+  const on_paper = { ink: "#1a1a1a", under: "#a6a6a6", vermilion: "#d55e00", blue: "#0072b2", green: "#009e73",
+                     orange: "#e69f00", purple: "#cc79a7", sky: "#56b4e9" };
+
   // What is shown, as lines and points of a drawing.
   function svg(panels) {
     const width = 900, heights = panels.map((_, i) => (i > 0 ? 180 : 340)), parts = [];
     let top = 0;
-    panels.forEach(({ chart, plot }, number) => {
+    panels.forEach(({ chart, plot, all }, number) => {
       const left = 80, right = width - 15, upper = top + 24, lower = top + heights[number] - 44;
       const { x: xs, y: ys } = plot.scales, flat = one => one.toFixed(2);
       const at = x => left + (right - left) * (x - xs.min) / (xs.max - xs.min);
@@ -229,6 +260,9 @@
       const text = (x, y, anchor, words, more = "") =>
         parts.push(`<text x="${flat(x)}" y="${flat(y)}" text-anchor="${anchor}"${more}>${escaped(words)}</text>`);
       parts.push(`<clipPath id="c${number}"><path d="M${left} ${upper}H${right}V${lower}H${left}Z"/></clipPath>`);
+      for (const span of chart.spans)
+        parts.push(`<path d="M${flat(at(span.from))} ${upper}H${flat(at(span.to))}V${lower}H${flat(at(span.from))}Z" ` +
+                   `fill="${on_paper[span.colour]}" fill-opacity="0.2" clip-path="url(#c${number})"/>`);
       for (const one of ticks(xs.min, xs.max)) {
         parts.push(`<path d="M${flat(at(one))} ${upper}V${lower}" stroke="#ddd"/>`);
         text(at(one), lower + 16, "middle", digits(one, place_digits));
@@ -241,18 +275,25 @@
       text((left + right) / 2, lower + 36, "middle", chart.x_label);
       text(18, (upper + lower) / 2, "middle", chart.y_label, ` transform="rotate(-90 18 ${flat((upper + lower) / 2)})"`);
       let legend = left + 10;
+      const overlaid = chart.series.some(one => one.dashed);
       chart.series.forEach((one, k) => {
-        const [x, y] = unpack(one), ink = getComputedStyle(document.documentElement).getPropertyValue("--" + one.colour);
-        let path = "", down = false;
-        x.forEach((place, i) => {
-          const seen = y[i] != null && place >= xs.min - (xs.max - xs.min) && place <= xs.max + (xs.max - xs.min);
-          if (seen) path += (down && !one.points ? "L" : "M") + flat(at(place)) + " " + flat(up(y[i])) + (one.points ? "h0" : "");
-          down = seen;
-        });
-        const pen = one.points ? 'stroke-width="4" stroke-linecap="round"' : one.dashed ? 'stroke-width="1.6" stroke-dasharray="6 4"' : 'stroke-width="1.3"';
-        parts.push(`<path d="${path}" fill="none" stroke="${ink.trim()}" ${pen} clip-path="url(#c${number})"/>`);
+        if (!plot.series[k + 1].show) return;
+        const { x, y } = all[k], is_under = overlaid && one.label === "measured";
+        const ink = on_paper[is_under ? "under" : one.colour];
+        const first = ascends(x) ? x.findIndex(place => place >= xs.min) : 0;
+        const beyond = ascends(x) ? x.findIndex(place => place > xs.max) : -1;
+        const last = beyond < 0 ? x.length - 1 : beyond;
+        let path = "";
+        const line = { moveTo: (px, py) => (path += `M${flat(px)} ${flat(py)}`), lineTo: (px, py) => (path += `L${flat(px)} ${flat(py)}`) };
+        if (one.points)
+          x.forEach((place, i) => place >= xs.min && place <= xs.max && y[i] != null && (path += `M${flat(at(place))} ${flat(up(y[i]))}h0`));
+        else if (first >= 0)
+          trace(all[k], first, last, (px, py) => [at(px), up(py)], 1, line);
+        const pen = one.points ? 'stroke-width="4" stroke-linecap="round"'
+                  : one.dashed ? 'stroke-width="1.6" stroke-dasharray="6 4"' : `stroke-width="${is_under ? 3.5 : 1.3}"`;
+        parts.push(`<path d="${path}" fill="none" stroke="${ink}" ${pen} clip-path="url(#c${number})"/>`);
         if (!one.label) return;
-        text(legend, upper - 8, "start", one.label, ` fill="${ink.trim()}"`);
+        text(legend, upper - 8, "start", one.label, ` fill="${ink}"`);
         legend += 7 * one.label.length + 24;
       });
       top += heights[number];
@@ -263,15 +304,18 @@
   }
 
   function draw(figure) {
-    const group = linked(figure), tools = figure.querySelector(".tools"), name = tools.dataset.name;
+    const group = group_of(figure), tools = figure.querySelector(".tools"), name = tools.dataset.name;
     const panels = Array.from(figure.querySelectorAll(".plot")).map((place, number, { length }) => {
       const chart = JSON.parse(place.querySelector("script").textContent);
       return draw_panel(place, chart, number, number === length - 1, chart.x_label.startsWith("time") ? group : figure.getAttribute("aria-labelledby"));
-    });
+    }).filter(one => one);
+    if (panels.length === 0) return;
     const first = panels[0], timed = first.chart.x_label.startsWith("time");
     const move = (shift, factor) => {
-      const { min, max } = first.plot.scales.x, half = 0.5 * (max - min) * factor, middle = 0.5 * (min + max) + shift * (max - min);
-      show(first, Math.max(first.low, middle - half), Math.min(first.high, middle + half));
+      const { min, max } = first.plot.scales.x, width = Math.min((max - min) * factor, first.high - first.low);
+      const from = 0.5 * (min + max) + shift * (max - min) - 0.5 * width;
+      const begin = Math.max(first.low, Math.min(first.high - width, from));
+      show(first, begin, begin + width);
     };
     add_button(tools, "zoom in", () => move(0, 0.5));
     add_button(tools, "zoom out", () => move(0, 2));
@@ -280,7 +324,7 @@
     add_button(tools, "all", () => show(first, first.low, first.high));
     add_button(tools, "SVG", () => save(name + ".svg", svg(panels)), "save what is shown as a drawing");
     add_button(tools, "PNG", () => png(panels, blob => save(name + ".png", blob)), "save what is shown as a picture");
-    add_button(tools, "CSV", () => save(name + ".csv", csv(panels)), "save the numbers of the chart");
+    add_button(tools, "CSV", () => save(name + ".csv", csv(panels)), "save the numbers that the page has: to a part in 65 000 of their range, and thinned where they are many");
   }
 
   // A drawing without axes to zoom is saved as it is.
@@ -320,7 +364,11 @@
     const figure = Array.from(waiting).find(is_seen);
     if (!figure) return false;
     waiting.delete(figure);
-    draw(figure);
+    try {
+      draw(figure);
+    } catch (error) {
+      console.error(error);  // the others are drawn
+    }
     return true;
   }
   function next() {

@@ -109,6 +109,7 @@ struct RangeView {
   const RangeClock& clock;
   VectorXd times_s, residual;  ///< residual: training, then test rows
   std::string slug, title;
+  std::optional<std::pair<double, double>> residual_limits = limits_of_most(residual);
 
   [[nodiscard]] const dsp::Motion& signals() const {
     return *results.columns[range.rows.train.front().recording].signals;
@@ -210,7 +211,7 @@ PlotFigure residual_figure(const RangeView& view) {
   PlotPanel panel{"residual: measured less identified", "time (s)", view.residual_axis()};
   panel.series = {{"residual", view.times_s, view.clock.on_clock(view.residual), PlotStyle::line, PlotColour::blue}};
   panel.spans = view.train_and_test();
-  panel.y_limits = limits_of_most(view.residual);
+  panel.y_limits = view.residual_limits;
   return chart(view.slug + "-residual",
                fmt::format("Measured less identified {}, sample by sample, in {}.", view.fit.model.target, view.title),
                std::move(panel));
@@ -249,7 +250,7 @@ void add_residual_clouds(const RangeView& view, const FigureTaker& take) {
                     axis(signal.name, signal.unit),
                     view.residual_axis(),
                     {points("", view.on_rows(signal.name), view.residual, PlotColour::blue)}};
-    panel.y_limits = limits_of_most(view.residual);
+    panel.y_limits = view.residual_limits;
     take(cloud(
         fmt::format("{}-residual-{}", view.slug, dsp::slug(signal.name)),
         fmt::format("Residual against {}. It should have no shape: a curve or a step is a missing term.", signal.name),

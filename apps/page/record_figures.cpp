@@ -134,8 +134,9 @@ void prediction_figures(const std::vector<ident::RecordPrediction>& predictions,
   for (const ident::RecordPrediction& prediction : predictions) {
     if (prediction.time_s.size() == 0) continue;
     PlotPanel panel{"free run on another recording", "time (s)", fmt::format("x ({})", prediction.unit)};
-    panel.series = {{"measured", prediction.time_s, prediction.x, PlotStyle::line, PlotColour::black},
-                    {"free run", prediction.time_s, prediction.predicted, PlotStyle::dashed, PlotColour::vermilion}};
+    panel.series = {
+        {"measured", prediction.time_s, prediction.x, PlotStyle::line, PlotColour::black, true},
+        {"free run", prediction.time_s, prediction.predicted, PlotStyle::dashed, PlotColour::vermilion, true}};
     PlotFigure figure =
         chart(fmt::format("prediction-{}", ++number),
               fmt::format("{}, not fitted: measured x, the free run of the chosen equation, and what is between them.",

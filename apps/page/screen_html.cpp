@@ -1,6 +1,7 @@
 #include "apps/page/screen_html.hpp"
 
 #include <algorithm>
+#include <optional>
 
 namespace apps {
 namespace {

@@ -273,6 +273,7 @@ TEST_CASE("a batch refuses what is no place for it, and says what it would do", 
   expect(folder, "$ARDENT batch c.toml" + names, 2, {"-o DIR is missing"});
   expect(folder, "$ARDENT batch r1.csv ./r1.csv -o out", 2, {"is given twice, also as"});
   expect(folder, "$ARDENT batch c.toml -o out", 2, {"want recordings after the config"});
+  expect(folder, "$ARDENT batch r1.csv c.toml -o out", 2, {"c.toml: want one config, before the recordings"});
   expect(folder, "$ARDENT batch c.toml" + names + " -o out --set library.order=-1", 2, {"[config.range]"});
   expect(folder, "$ARDENT batch c.toml" + names + " -o . ", 2, {"[output.overlap]"});
   expect(folder, "mkdir here && cd here && $ARDENT batch ../c.toml ../r1.csv -o .", 2, {"[output.current]"});

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "support/program.hpp"
 
@@ -97,6 +98,22 @@ TEST_CASE("a recording for testing is never fitted, only predicted", "[apps][pre
   CHECK_THAT(support::bytes_of(folder / "run/config.toml"), Catch::Contains("use = \"test\""));
   const json metrics = json::parse(support::bytes_of(folder / "run/metrics.json"));
   CHECK(metrics["ranges"].size() == 1);
+}
+
+TEST_CASE("a recording at a lower rate is predicted in the band that it holds", "[apps][predict]") {
+  const Scratch folder;
+  REQUIRE(
+      support::run(folder, "$ARDENT -q sim duffing -o s --noise 0.01 && $ARDENT -q run s/response.csv -o run").code ==
+      0);
+  std::istringstream rows(support::bytes_of(folder / "s/response.csv"));
+  std::string slow, row;
+  for (int i = 0; std::getline(rows, row); ++i)  // the head, then every third of 100 Hz
+    if (i == 0 || i % 3 == 1) slow += row + "\n";
+  (void)folder.file("slow.csv", slow);
+  const auto ended = support::run(folder, "$ARDENT predict run slow.csv -o slow");
+  REQUIRE(ended.code == 0);
+  CHECK_THAT(ended.err, Catch::Contains("predict.band") && Catch::Contains("33.3333 Hz"));
+  CHECK(json::parse(support::bytes_of(folder / "slow/predict.json"))["nmse"].get<double>() < 0.01);
 }
 
 TEST_CASE("predict says what it cannot do in a line", "[apps][predict]") {

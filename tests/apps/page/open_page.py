@@ -6,6 +6,7 @@ tested.
 """
 import base64
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -60,6 +61,33 @@ const done = arguments[0];
   figure.querySelector(".u-legend .u-series:last-child th").click(); await wait();
   done(whole !== part && whole === again && whole !== without);
 })();
+"""
+
+
+# What is saved of the first chart: its type, and whether there is something in it.
+SAVED = """
+const figure = document.querySelector("figure.chart"), kept = [], done = arguments[0];
+URL.createObjectURL = blob => { kept.push(blob); return "data:,"; };
+HTMLAnchorElement.prototype.click = () => {};
+for (const name of ["SVG", "PNG", "CSV"])
+  Array.from(figure.querySelectorAll("button")).find(one => one.textContent === name).click();
+setTimeout(async () => {
+  const texts = {};
+  for (const blob of kept) texts[blob.type] = await blob.text();
+  const drawn = new DOMParser().parseFromString(texts["image/svg+xml"], "image/svg+xml");
+  const paths = Array.from(drawn.querySelectorAll("path")).filter(one => one.getAttribute("d").length > 200);
+  const faults = [];
+  if (drawn.querySelector("parsererror") || paths.length < 1) faults.push("SVG without a curve");
+  if (/NaN|undefined/.test(texts["image/svg+xml"])) faults.push("SVG with NaN");
+  if (!texts["image/png"] || texts["image/png"].length < 2000) faults.push("empty PNG");
+  if ((texts["text/csv"] || "").split("\\n").length < 20) faults.push("empty CSV");
+  done(faults);
+}, 300);
+"""
+# The answer of a run's page is seen without scrolling: verdict, equation, and the figure's head.
+FIRST = """
+const seen = name => { const one = document.querySelector(name); return !one || one.getBoundingClientRect().top < innerHeight - 60; };
+return [".badge", ".equations", ".quantities", ".proof .plot"].filter(name => !seen(name));
 """
 
 
@@ -131,18 +159,20 @@ def wait_until_drawn(driver):
 
 def look_at(driver, page, width, dark, axe):
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                           {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 500})
+                           {"width": width, "height": 844 if width < 500 else 800, "deviceScaleFactor": 1, "mobile": width < 500})
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia",
                            {"features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
     driver.get_log("performance")  # of the page before
     driver.get(page)
     if not wait_until_drawn(driver):
         return ["not drawn within 30 s"]
+    beyond = driver.execute_script(FIRST) if width > 500 else []
     driver.execute_script("document.querySelectorAll('details').forEach(one => { one.open = true; });")
     time.sleep(0.1)
     if not wait_until_drawn(driver):
         return ["what was unfolded was not drawn within 30 s"]
-    faults = ["console: " + entry["message"] for entry in driver.get_log("browser")]
+    faults = ["not on the first screen: " + name for name in beyond]
+    faults += ["console: " + entry["message"] for entry in driver.get_log("browser")]
     faults += ["request: " + url for url in requests(driver, page)]
     faults += ["blank: " + str(name) for name in driver.execute_script(BLANK)]
     faults += ["without a name: " + one for one in driver.execute_script(UNNAMED)]
@@ -154,6 +184,8 @@ def look_at(driver, page, width, dark, axe):
         faults.append("no figure")
     elif charts > 0 and not dark and width > 500 and not driver.execute_async_script(ZOOM):
         faults.append("zoom or legend do not work")
+    if charts > 0 and not dark and width > 500:
+        faults += driver.execute_async_script(SAVED)
     if axe:
         driver.execute_script(axe)
         faults += ["axe-core: " + one for one in driver.execute_async_script(AXE)]
@@ -168,11 +200,16 @@ def print_it(driver, page):
     wait_until_drawn(driver)
     faults = ["cut on paper: " + one for one in driver.execute_script(CUT)]
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    driver.get(page)
+    wait_until_drawn(driver)
     pdf = driver.execute_cdp_cmd("Page.printToPDF", {"paperWidth": 8.27, "paperHeight": 11.69, "transferMode":
                                                      "ReturnAsBase64"})
     document = base64.b64decode(pdf["data"])
     if not document.startswith(b"%PDF") or len(document) < 20000:
         faults.append("no PDF")
+    pages = len(re.findall(rb"/Type\s*/Page\b", document))
+    if pages > 12:
+        faults.append("%d pages on paper" % pages)
     return faults
 
 
@@ -182,7 +219,7 @@ def main():
     axe = axe_source(sys.argv[1])
     try:
         for path in sys.argv[2:]:
-            for width, dark in ((1200, False), (390, False), (1200, True)):
+            for width, dark in ((1280, False), (390, False), (1280, True)):
                 for fault in look_at(driver, "file://" + path, width, dark, axe):
                     print("%s, %d px%s: %s" % (path, width, ", dark" if dark else "", fault))
             for fault in print_it(driver, "file://" + path):

@@ -90,7 +90,7 @@ TEST_CASE("a page begins with the verdict, the equation, quantities and the free
   std::size_t at = 0;
   for (const char* part :
        {"<h1>Test &lt;7&gt;</h1>", "beam &amp; mass", "2026-05-04", "badge good", "describes", "<math>",
-        "natural frequency", "<span>Hz</span></dd>", "free run on data not fitted", "measured less free run",
+        "natural frequency", "<span>Hz</span>", "free run on data not fitted", "measured less free run",
         "equation</dt>", "Does it follow the motion?", "What is left over?", "What are the coefficients made of?",
         "How were the terms chosen?", "Words on this page"}) {
     CAPTURE(part);
