@@ -1,10 +1,20 @@
 #include "apps/output/html_writer.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "apps/process/printable.hpp"
 
 namespace apps {
+namespace {
+
+std::size_t longest_word(std::string_view text) {
+  std::size_t longest = 0, length = 0;
+  for (const char c : text) longest = std::max(longest, length = c == ' ' ? 0 : length + 1);
+  return longest;
+}
+
+}  // namespace
 
 std::string escaped_markup(std::string_view text) {
   std::string out;
@@ -86,12 +96,15 @@ HtmlWriter& HtmlWriter::markup(std::string_view markup) & {
 
 HtmlWriter& HtmlWriter::row(const std::vector<std::string>& cells) & {
   constexpr std::size_t short_cell = 26;  // numbers and names, which stay on one line
+  constexpr std::size_t long_word = 40;   // no word, which may break anywhere
   open("tr");
   for (std::size_t i = 0; i < cells.size(); ++i)
     if (i == 0 && !cells[i].empty())
       element("th", cells[i], {{"scope", "row"}});
     else if (cells[i].size() <= short_cell)
       element("td", cells[i], {{"class", "short"}});
+    else if (longest_word(cells[i]) > long_word)
+      element("td", cells[i], {{"class", "long"}});
     else
       element("td", cells[i]);
   return close();
