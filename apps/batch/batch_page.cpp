@@ -239,7 +239,7 @@ void write_records(const BatchResults& results, HtmlWriter& html) {
 }  // namespace
 
 std::string batch_page(const BatchResults& results) {
-  const std::string title = fmt::format("{} records{}", results.records.size(),
+  const std::string title = fmt::format("{} record{}{}", results.records.size(), results.records.size() == 1 ? "" : "s",
                                         results.config.empty() ? "" : " by " + printable(results.config, 200));
   return html_document(title, [&](HtmlWriter& html) {
     html.element("p", counts_text(results) + ".", {{"class", "verdict"}});

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -16,6 +17,7 @@
 #include "apps/output/factors_file.hpp"
 #include "apps/output/joint_report.hpp"
 #include "apps/process/interrupt.hpp"
+#include "apps/process/printable.hpp"
 #include "dsp/for_each_index.hpp"
 
 namespace apps {
@@ -98,6 +100,28 @@ void take_config(BatchArguments& arguments) {
     throw dsp::Fault(dsp::FaultKind::usage, "usage",
                      fmt::format("{}: want recordings after the config. What it names itself: ardent run {}",
                                  arguments.run.input.string(), arguments.run.input.string()));
+}
+
+/// Runs in the folder that a summary of these recordings would leave out.
+void require_all_of_before(const BatchArguments& arguments, const std::vector<RecordTask>& tasks) {
+  if (arguments.run.force) return;
+  std::vector<std::string> others;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(arguments.run.folder / BatchFolder::runs_name, none)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_named =
+        std::any_of(tasks.begin(), tasks.end(), [&](const RecordTask& task) { return task.name == name; });
+    if (!is_named && fs::exists(entry.path() / manifest_name, none)) others.push_back(printable(name, 60));
+  }
+  if (others.empty()) return;
+  std::sort(others.begin(), others.end());
+  const std::size_t count = others.size();
+  constexpr std::size_t most = 3;
+  if (count > most) others.resize(most), others.emplace_back("...");
+  throw dsp::Fault(dsp::FaultKind::output, "batch.others",
+                   fmt::format("{}: has {} run{} of recordings that are not named now ({}). Name them, too, or -o "
+                               "another folder; --force leaves them out of the summary",
+                               arguments.run.folder.string(), count, count == 1 ? "" : "s", fmt::join(others, ", ")));
 }
 
 std::string plan(const std::vector<RecordTask>& tasks, const RecordRuns::Options& runs) {
@@ -203,6 +227,7 @@ int lead(const BatchArguments& arguments, std::unique_ptr<Ranks>& ranks, Console
     console.result(plan(tasks, runs));
     return 0;
   }
+  require_all_of_before(arguments, tasks);
   BatchFolder folder(arguments.run.folder);
   Manifest manifest = begin_manifest("batch", arguments.run.command_line, arguments.run.seed, folder.destination());
   std::vector<TaskOutcome> outcomes;
@@ -292,7 +317,8 @@ Command batch_command() {
           "that record only: its error is in the table. At the end: table.csv and table.json, a row for each range of "
           "each record; report.html; in both what all records together say, as `ardent merge` has it. Stopped in "
           "whatever way and started again with the same command it goes on where it was: runs that are complete stay, "
-          "unless their recording, sidecar or config has changed since; what failed is tried again. Under mpirun or "
+          "unless their recording, sidecar or config has changed since; what failed is tried again. "
+          "A folder with runs of recordings that are not named is refused without --force. Under mpirun or "
           "srun the processes share the work; the results are the same. Exit code: that of the first record, in the "
           "order given, that ended with one.",
       .starts_itself = true};

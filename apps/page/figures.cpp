@@ -54,7 +54,7 @@ std::optional<std::pair<double, double>> limits_of_most(const VectorXd& values) 
   if (rank == 0) return {};
   const auto low_at = finite.begin() + rank, high_at = finite.end() - 1 - rank;
   std::nth_element(finite.begin(), low_at, finite.end());
-  std::nth_element(low_at, high_at, finite.end());
+  std::nth_element(low_at + 1, high_at, finite.end());
   const double low = *low_at, high = *high_at, spread = high - low;
   const double least = *std::min_element(finite.begin(), low_at + 1), most = *std::max_element(high_at, finite.end());
   if (!(spread > 0.0) || most - least < far * spread) return {};

@@ -41,6 +41,17 @@ std::vector<PageLink> contents_of(const RunResults& results) {
 
 }  // namespace
 
+namespace {
+
+std::string sentences(const std::vector<std::string>& paragraphs) {
+  std::string text;
+  for (const std::string& one : paragraphs)
+    text += fmt::format("{}{}{}", text.empty() ? "" : " ", one, one.ends_with('.') ? "" : ".");
+  return text;
+}
+
+}  // namespace
+
 PageFigure page_figure(const PlotFigure& figure, bool has_files) {
   HtmlWriter html;
   const std::string id = "figure-" + figure.name;
@@ -67,7 +78,7 @@ PageFigure page_figure(const PlotFigure& figure, bool has_files) {
         num_beyond += static_cast<std::size_t>(
             (series.y.array() < one.y_limits->first || series.y.array() > one.y_limits->second).count());
   const bool is_part = figure.zoomable && (panel.x_limits || num_beyond > 0);
-  html.open("figcaption", {{"id", id}}).text(fmt::format("{}", fmt::join(figure.caption, " ")));
+  html.open("figcaption", {{"id", id}}).text(sentences(figure.caption));
   if (num_beyond > 0) html.text(fmt::format(" {} points lie far beyond the axis.", num_beyond));
   if (is_part) html.element("span", " The button 'all' shows the rest.", {{"class", "screen"}});
   html.close();

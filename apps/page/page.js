@@ -156,7 +156,7 @@
              Object.assign(axis(chart.y_label), { size: 62, space: number > 0 ? 20 : 30, values: (u, ticks) => ticks.map(v => digits(v)) })],
       series: [{ label: chart.x_label, value: (u, v) => digits(v, place_digits) }].concat(chart.series.map((one, k) =>
         Object.assign(style_of(one, is_shared ? all[k] : { even: [] }, overlaid && one.label === "measured", !ascends(all[k].x)),
-                      { label: one.label || chart.y_label }))),
+                      { label: one.label || (chart.series.length > 1 ? "interval" : chart.y_label) }))),
       hooks: { drawClear: [shade(chart.spans)], draw: [loops(all, chart)], setSelect: [] },
       legend: { markers: { width: 2, dash: (u, i) => (i > 0 && chart.series[i - 1].dashed ? "dashed" : "solid") } },
       cursor: { drag: { x: true, y: false, setScale: false }, sync: group ? { key: group } : undefined },

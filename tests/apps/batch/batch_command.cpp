@@ -263,8 +263,12 @@ TEST_CASE("a batch needs no config: each recording is run as by itself", "[apps]
   CHECK(bytes_of(folder / "out/runs/r2/equation.json") == bytes_of(folder / "own/equation.json"));
   CHECK(bytes_of(folder / "out/runs/r2/config.toml") != "");
   CHECK_THAT(bytes_of(folder / "out/report.html"), Catch::Contains("<h1>2 records</h1>"));
-  // By name, and what the system has of them is as a config would leave it.
   expect(folder, "$ARDENT -q batch" + names + " -o out", 0, {"2 kept from before"});
+  // What one recording leaves out of the summary is not lost in silence.
+  const std::string table = bytes_of(folder / "out/table.csv");
+  expect(folder, "$ARDENT -q batch r1.csv -o out", 5, {"[batch.others]", "1 run of recordings", "(r2)"});
+  CHECK(bytes_of(folder / "out/table.csv") == table);
+  expect(folder, "$ARDENT -q batch r1.csv -o out --force", 0, {"1 records: 1 with results"});
 }
 
 TEST_CASE("a batch refuses what is no place for it, and says what it would do", "[apps][batch_command]") {
