@@ -14,6 +14,7 @@
 #include "apps/page/equation_display.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
+#include "dsp/order_statistics.hpp"
 #include "ident/equation/interval_95.hpp"
 
 namespace apps {
@@ -105,12 +106,6 @@ void write_joint(const BatchResults& results, HtmlWriter& html) {
   }
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// A coefficient of the records that have it.
 struct Coefficients {
   std::vector<std::size_t> records;
@@ -120,10 +115,10 @@ struct Coefficients {
   /// Whether one lies further from the others' middle than their spread and its own uncertainty let expect.
   [[nodiscard]] std::vector<bool> outliers() const {
     constexpr double most_deviations = 4.0, std_of_median = 1.4826;  // of a normal distribution
-    const double middle = median(means);
+    const double middle = dsp::median(means);
     std::vector<double> from_middle;
     for (const double mean : means) from_middle.push_back(std::abs(mean - middle));
-    const double spread = std_of_median * median(from_middle);
+    const double spread = std_of_median * dsp::median(from_middle);
     std::vector<bool> result;
     for (std::size_t i = 0; i < means.size(); ++i)
       result.push_back(from_middle[i] > most_deviations * std::hypot(spread, std::isfinite(stds[i]) ? stds[i] : 0.0));

@@ -312,8 +312,8 @@ Command batch_command() {
                    "mpirun -n 64 ardent batch rig.toml /data/*.wav -o fleet"},
       .details =
           "Each recording is run by `ardent run RECORDING`, or `ardent run CONFIG RECORDING`, in a process of its own, "
-          "the largest first; its "
-          "folder is DIR/runs/NAME. A recording that cannot be read, or a run that crashes or finds no memory, costs "
+          "the largest first; its folder is DIR/runs/NAME. A recording that cannot be read, or a run that crashes or "
+          "finds no memory, costs "
           "that record only: its error is in the table. At the end: table.csv and table.json, a row for each range of "
           "each record; report.html; in both what all records together say, as `ardent merge` has it. Stopped in "
           "whatever way and started again with the same command it goes on where it was: runs that are complete stay, "

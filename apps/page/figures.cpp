@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "apps/output/tables.hpp"
+#include "dsp/order_statistics.hpp"
 
 namespace apps {
 
@@ -50,13 +51,11 @@ std::optional<std::pair<double, double>> limits_of_most(const VectorXd& values) 
   finite.reserve(static_cast<std::size_t>(values.size()));
   for (const double value : values)
     if (std::isfinite(value)) finite.push_back(value);
-  const auto rank = static_cast<std::ptrdiff_t>(outside * static_cast<double>(finite.size()));
-  if (rank == 0) return {};
-  const auto low_at = finite.begin() + rank, high_at = finite.end() - 1 - rank;
-  std::nth_element(finite.begin(), low_at, finite.end());
-  std::nth_element(low_at + 1, high_at, finite.end());
-  const double low = *low_at, high = *high_at, spread = high - low;
-  const double least = *std::min_element(finite.begin(), low_at + 1), most = *std::max_element(high_at, finite.end());
+  if (outside * static_cast<double>(finite.size()) < 1.0) return {};
+  const auto [least_at, most_at] = std::minmax_element(finite.begin(), finite.end());
+  const double least = *least_at, most = *most_at;
+  const double low = dsp::quantile_in_place(finite, outside), high = dsp::quantile_in_place(finite, 1.0 - outside),
+               spread = high - low;
   if (!(spread > 0.0) || most - least < far * spread) return {};
   return std::pair{low - 0.5 * spread, high + 0.5 * spread};
 }
