@@ -21,7 +21,8 @@ enum class Cause {
   wide_band,        ///< noise above the motion's frequencies is let in
   noise,            ///< of a derivative or of a regressor
   switch_variable,  ///< a sign is that of the wrong motion
-  late_input        ///< what drives the motion arrives late, and not as a delay would have it: an actuator's lag
+  late_input,       ///< what drives the motion arrives late, and not as a delay would have it: an actuator's lag
+  exchanged_roles   ///< what is called the base moves as a payload would
 };
 /// "not_found", "missing_input", ...
 [[nodiscard]] std::string_view to_string(Cause cause);

@@ -234,9 +234,11 @@ void write_records(const BatchResults& results, HtmlWriter& html) {
 }  // namespace
 
 std::string batch_page(const BatchResults& results) {
-  const std::string title = fmt::format("{} record{}{}", results.records.size(), results.records.size() == 1 ? "" : "s",
-                                        results.config.empty() ? "" : " by " + printable(results.config, 200));
+  const std::string title = page_title(
+      results.header, fmt::format("{} record{}{}", results.records.size(), results.records.size() == 1 ? "" : "s",
+                                  results.config.empty() ? "" : " by " + results.config));
   return html_document(title, [&](HtmlWriter& html) {
+    write_header(results.header, html);
     html.element("p", counts_text(results) + ".", {{"class", "verdict"}});
     write_errors(results, html);
     write_joint(results, html);

@@ -3,13 +3,15 @@
 #include <vector>
 
 #include "apps/batch/record_results.hpp"
+#include "apps/config/config.hpp"
 #include "ident/joint_fit.hpp"
 
 namespace apps {
 
 /// What is known at the end of a batch.
 struct BatchResults {
-  std::string config;  ///< its file name
+  std::string config;   ///< its file name
+  ReportHeader header;  ///< what it states of the object
   std::vector<RecordResult> records;
   std::vector<ident::JointResult> joint;
   std::string joint_reason;           ///< not empty: there is no joint fit

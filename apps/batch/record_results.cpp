@@ -65,6 +65,12 @@ std::string without_folder(std::string text, const fs::path& folder) {
   return text;
 }
 
+/// Where the lines to paste are that a sentence ends with, which has no room for them.
+std::string with_place_of_lines(std::string error, const std::string& recording) {
+  if (error.ends_with(':')) error += fmt::format(" `ardent check {}` prints the lines", recording);
+  return error;
+}
+
 void read_run(const fs::path& folder, RecordResult& result) {
   const Json equation = read_run_json(folder / "equation.json"), metrics = read_run_json(folder / "metrics.json");
   for (const Json& range : equation.at("ranges")) result.ranges.push_back(range_row(equation, range, metrics));
@@ -90,10 +96,12 @@ void require_verdicts(RecordResult& result, const std::string& require) {
 
 RecordResult record_result(const RecordTask& task, const TaskOutcome& outcome, const fs::path& runs,
                            const std::string& require) {
-  RecordResult result{.recording = printable(task.called),
-                      .exit_code = outcome.exit_code,
-                      .was_kept = outcome.was_kept,
-                      .error = without_folder(without_folder(outcome.error, runs), task.recording.parent_path())};
+  RecordResult result{
+      .recording = printable(task.called),
+      .exit_code = outcome.exit_code,
+      .was_kept = outcome.was_kept,
+      .error = with_place_of_lines(without_folder(without_folder(outcome.error, runs), task.recording.parent_path()),
+                                   task.recording.filename().string())};
   if (!outcome.has_run) return result;
   result.run = fmt::format("{}/{}", BatchFolder::runs_name, task.name);
   try {

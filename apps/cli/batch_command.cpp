@@ -154,7 +154,7 @@ std::vector<TaskOutcome> run_all(const std::vector<RecordTask>& tasks, const Rec
 BatchResults results_of(const std::vector<RecordTask>& tasks, const std::vector<TaskOutcome>& outcomes,
                         const BatchArguments& arguments, const Config& config, const RecordRuns::Options& runs,
                         int num_threads) {
-  BatchResults results{.config = arguments.run.input.filename().string(), .records = {}};
+  BatchResults results{.config = arguments.run.input.filename().string(), .header = config.report, .records = {}};
   results.records.resize(tasks.size());
   dsp::for_each_index(tasks.size(), num_threads, [&](std::size_t i) {
     check_interrupted();

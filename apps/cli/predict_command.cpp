@@ -64,7 +64,7 @@ int predict(const PredictArguments& arguments, const GlobalOptions& global, Cons
   OutputFile series = folder.file("predict.csv");
   write_table(prediction_table("predict.csv", prediction), [&](std::string_view text) { series.write(text); });
   series.close();
-  folder.write("predict.html", prediction_page(prediction, ident::to_text(equation.model)));
+  folder.write("predict.html", prediction_page(prediction, ident::to_text(equation.model), console.warnings()));
   for (const fs::path& file : {equation_file, config_file}) add_input(manifest, file, folder.destination());
   add_input(manifest, input.files.front(), folder.destination(), hash, input.prepared.name);
   for (std::size_t i = 1; i < input.files.size(); ++i) add_input(manifest, input.files[i], folder.destination());

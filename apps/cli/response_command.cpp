@@ -30,7 +30,7 @@ EquationResponse respond(const ResponseArguments& arguments, Console& console) t
     refuse_sweep("--static-friction must not be negative, and needs an equation with sgn(v)");
   driven.oscillator.static_friction = result.static_friction;
   result.steps = read_final_steps(arguments.run);
-  result.sweep = sweep_of(arguments.set, driven.drive, result.steps);
+  result.sweep = sweep_of(arguments.set, driven, result.equation.largest_x, result.steps);
   result.num_draws = arguments.num_draws;
   result.amplitude_std =
       driven.drive == ident::DriveKind::base ? result.equation.displacement_std : result.equation.force_std;
@@ -109,7 +109,8 @@ Command response_command() {
             run_response(arguments, console);
             return 0;
           },
-      .more = {"--set from_hz, to_hz, step_hz, amplitude_mm of the base (amplitude, where a force drives)"},
+      .more = {"--set from_hz, to_hz, step_hz: left out, about the equation's own frequencies and the record's steps",
+               "--set amplitude_mm of the base (left out: of the record's steps, or 4.5), or amplitude of f"},
       .examples = {"ardent frc drive-run",
                    "ardent frc drive-run --range mixed --set amplitude_mm=4 --static-friction 0.385"}};
 }

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "apps/config/parameter_settings.hpp"
@@ -15,11 +19,43 @@ void refuse_sweep(const std::string& why) {
   throw dsp::Fault(dsp::FaultKind::usage, "frc.option", "frc: " + why);
 }
 
-sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings, ident::DriveKind drive,
+namespace {
+
+/// The largest of 1, 2 and 5 times a power of ten that is not above this.
+double plain_below(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  return power * (value >= 5.0 * power ? 5.0 : value >= 2.0 * power ? 2.0 : 1.0);
+}
+
+/// To a tenth of its first digit.
+double rounded(double value) {
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
+  return unit * std::round(value / unit);
+}
+
+/// From less than half the lowest frequency of free vibration to almost twice the highest, and over all steps; zeros:
+/// there is neither.
+std::pair<double, double> band_of(const std::optional<std::pair<double, double>>& free_hz,
+                                  const std::vector<StepPoint>& steps) {
+  constexpr double below = 0.45, above = 1.7;
+  std::pair<double, double> band{0.0, 0.0};
+  if (free_hz) band = {rounded(below * free_hz->first), rounded(above * free_hz->second)};
+  for (const StepPoint& step : steps)
+    band = {band.first > 0.0 ? std::min(band.first, step.frequency_hz) : step.frequency_hz,
+            std::max(band.second, step.frequency_hz)};
+  return band;
+}
+
+}  // namespace
+
+sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings,
+                                       const ident::EquationOscillator& driven, double largest_x,
                                        const std::vector<StepPoint>& steps) {
   sim::FrequencyResponseOptions sweep;
-  const char* amplitude = drive == ident::DriveKind::base ? "amplitude_mm" : "amplitude";
-  bool amplitude_given = drive == ident::DriveKind::base || !steps.empty();
+  std::tie(sweep.from_hz, sweep.to_hz) = band_of(ident::free_frequencies_hz(driven.oscillator, largest_x), steps);
+  sweep.step_hz = 0.0;
+  const char* amplitude = driven.drive == ident::DriveKind::base ? "amplitude_mm" : "amplitude";
+  bool amplitude_given = driven.drive == ident::DriveKind::base || !steps.empty();
   if (!steps.empty()) {
     std::vector<double> drives;
     for (const StepPoint& step : steps) drives.push_back(step.drive);
@@ -33,6 +69,11 @@ sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings,
     else
       (void)set_sweep_option(sweep, name, value);
   }
+  if (!(sweep.from_hz > 0.0 && sweep.to_hz > 0.0))
+    refuse_sweep(
+        "nothing in the equation pulls x back, so that it has no frequency to look about: give the sweep's, "
+        "--set from_hz=... --set to_hz=...");
+  if (sweep.step_hz == 0.0) sweep.step_hz = plain_below(0.005 * (sweep.from_hz + sweep.to_hz));
   if (!amplitude_given) refuse_sweep("the equation is driven by f: give its amplitude, --set amplitude=...");
   if (!(sweep.amplitude_m > 0.0))
     refuse_sweep(fmt::format("the amplitude must be positive, got {}", sweep.amplitude_m));

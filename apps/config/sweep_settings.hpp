@@ -12,9 +12,11 @@ namespace apps {
 [[noreturn]] void refuse_sweep(const std::string& why);
 
 /// The sweep that settings of `ardent frc` ask for: from_hz, to_hz, step_hz, and amplitude_mm of the base, or amplitude
-/// where a force drives. The amplitude left out is that of the record's steps, if it has some. Throws dsp::Fault
-/// (usage, "frc.option"), and std::invalid_argument as parse_settings.
-[[nodiscard]] sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings, ident::DriveKind drive,
+/// where a force drives. Left out, the amplitude is that of the record's steps, if it has some; the frequencies are
+/// about those of free vibration up to `largest_x` and those of the steps. Throws dsp::Fault (usage, "frc.option"), and
+/// std::invalid_argument as parse_settings.
+[[nodiscard]] sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings,
+                                                     const ident::EquationOscillator& driven, double largest_x,
                                                      const std::vector<StepPoint>& steps);
 
 }  // namespace apps

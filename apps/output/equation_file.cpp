@@ -319,6 +319,11 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
     ident::Model model = model_of(row);
     model.covariance = read_covariance(row, model);
     equation.coordinates = coordinates_sentence(model.coordinates);
+    if (model.target_unit.starts_with("rad")) equation.x_unit = "rad";
+    for (const ident::Extent& extent : model.extents)
+      if (extent.signal == "x") equation.largest_x = std::max(std::abs(extent.lowest), std::abs(extent.highest));
+    for (const ident::ModelTerm& term : model.terms)
+      if (equation.largest_x == 0.0 && term.name == "x" && std::isfinite(term.scale)) equation.largest_x = term.scale;
     model = equation_of(model, 0);
     equation.covariance = model.covariance;
     equation.mean.resize(std::ssize(model.terms));

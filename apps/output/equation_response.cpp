@@ -55,13 +55,6 @@ ident::DrawnFigure drawn(const EquationResponse& result, const ResponseEvent& ev
   return ident::drawn_figure(values);
 }
 
-/// The largest |x| the equation was trained on; NaN: not known.
-double trained_to(const ident::IdentifiedEquation& equation) {
-  for (std::size_t i = 0; i < equation.terms.size(); ++i)
-    if (equation.terms[i] == "x") return equation.scale[static_cast<Eigen::Index>(i)];
-  return std::numeric_limits<double>::quiet_NaN();
-}
-
 std::vector<std::string> remarks_of(const EquationResponse& result) {
   std::vector<std::string> remarks;
   if (result.equation.verdict == ident::Verdict::does_not)
@@ -73,11 +66,21 @@ std::vector<std::string> remarks_of(const EquationResponse& result) {
         "static friction cannot be identified while the payload slips: the frequencies of locking and breaking loose "
         "are those of the identified sliding friction. If static friction is known from elsewhere, give it with "
         "--static-friction");
-  const double limit = trained_to(result.equation);
+  const double limit = result.equation.largest_x;
+  const ShownUnit unit = shown_unit(result.equation.x_unit);
   const auto& response = result.steady.response;
-  if (const double largest = std::max(sim::peak(response.up).x_m, sim::peak(response.down).x_m); largest > 1.1 * limit)
+  if (const double largest = std::max(sim::peak(response.up).x_m, sim::peak(response.down).x_m);
+      limit > 0.0 && largest > 1.1 * limit)
+    remarks.push_back(fmt::format("amplitudes beyond {:.3g} {} are extrapolated: the training rows end there",
+                                  unit.factor * limit, unit.name));
+  const double first_hz = response.up.front().frequency_hz, last_hz = response.up.back().frequency_hz,
+               peak_hz = sim::peak(response.up).frequency_hz;
+  if (peak_hz == last_hz && !std::isfinite(result.steady.diverged_hz))
     remarks.push_back(
-        fmt::format("amplitudes beyond {:.3g} mm are extrapolated: the training rows end there", 1e3 * limit));
+        fmt::format("the amplitude is largest where the sweep up ends: --set to_hz={:.2g} shows more", 1.5 * last_hz));
+  if (peak_hz == first_hz)
+    remarks.push_back(fmt::format("the amplitude is largest where the sweep begins: --set from_hz={:.2g} shows more",
+                                  first_hz / 1.5));
   if (result.steady.num_unsettled > 0)
     remarks.push_back(
         fmt::format("{} frequencies have no steady motion of the drive's period", result.steady.num_unsettled));
@@ -94,6 +97,7 @@ Json json_of(const EquationResponse& result) {
   const auto& equation = result.equation;
   Json document{{"equation", {{"range", equation.range}, {"method", equation.method}, {"text", equation.text}}},
                 {"drive", result.drive == ident::DriveKind::base ? "base displacement, m" : "f"},
+                {"x_unit", equation.x_unit},
                 {"sweep",
                  {{"from_hz", result.sweep.from_hz},
                   {"to_hz", result.sweep.to_hz},
@@ -127,41 +131,46 @@ Json json_of(const EquationResponse& result) {
 }
 
 /// The record's own end results over the equation's curves, as Fig. 11 of [QZS23] has them.
-void add_steps(PlotFigure& figure, const std::vector<StepPoint>& steps) {
+void add_steps(PlotFigure& figure, const std::vector<StepPoint>& steps, double factor) {
   for (const bool up : {true, false}) {
-    std::vector<double> f_hz, x_mm, y_mm;
+    std::vector<double> f_hz, x, y;
     for (const StepPoint& step : steps)
       if (step.up == up)
-        f_hz.push_back(step.frequency_hz), x_mm.push_back(1e3 * step.x_m), y_mm.push_back(1e3 * step.y_m);
+        f_hz.push_back(step.frequency_hz), x.push_back(factor * step.x_m), y.push_back(factor * step.y_m);
     if (f_hz.empty()) continue;
-    const auto add = [&](PlotPanel& panel, const std::vector<double>& amplitude_mm) {
-      panel.series.push_back(plot_series(up ? "record, up" : "record, down", f_hz, amplitude_mm, PlotStyle::points,
+    const auto add = [&](PlotPanel& panel, const std::vector<double>& amplitude) {
+      panel.series.push_back(plot_series(up ? "record, up" : "record, down", f_hz, amplitude, PlotStyle::points,
                                          up ? PlotColour::orange : PlotColour::black));
     };
-    add(figure.panels[0], y_mm);
-    add(figure.panels[1], x_mm);
+    if (figure.panels.size() > 1) add(figure.panels.front(), y);
+    add(figure.panels.back(), x);
   }
 }
 
 ReportedResponse reported(const EquationResponse& result) {
-  return {result.steady.response, result.draws.up, result.draws.down};
+  return {result.steady.response, result.draws.up, result.draws.down, result.equation.x_unit,
+          result.drive == ident::DriveKind::base};
 }
 
 }  // namespace
 
 std::string response_text(const EquationResponse& result) {
   const auto& sweep = result.sweep;
+  const ShownUnit unit = shown_unit(result.equation.x_unit);
   std::string text =
       printable(fmt::format("range {} by {}: {}", result.equation.range, result.equation.method, result.equation.text));
   if (!result.equation.coordinates.empty()) text += "\n" + result.equation.coordinates;
   text += fmt::format("\n{}{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients, seed {}\n\n",
                       result.drive == ident::DriveKind::base
                           ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
-                          : fmt::format("force of {:g}", sweep.amplitude_m),
+                          : fmt::format("f of amplitude {:g}", sweep.amplitude_m),
                       result.amplitude_std > 0.0 ? fmt::format(" within {:.2g} %", 100.0 * result.amplitude_std) : "",
                       sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws, result.seed);
   text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}\n", "", "Hz", "step", "located", "sd");
   for (const ResponseEvent& event : response_events()) {
+    const bool is_of_friction = event.frequency_hz == &sim::ResponseJumps::unlock_rising_hz ||
+                                event.frequency_hz == &sim::ResponseJumps::lock_falling_hz;
+    if (is_of_friction && !result.has_friction) continue;
     const double step_hz = result.steady.response.jumps.*event.frequency_hz;
     const ident::DrawnFigure spread = drawn(result, event);
     text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}", event.way, event.sentence, number_text(step_hz, "{:.6g}"),
@@ -173,9 +182,10 @@ std::string response_text(const EquationResponse& result) {
   }
   for (const auto& [way, points, peaks] : {std::tuple{"up", &result.steady.response.up, &result.draws.peak_up_m},
                                            std::tuple{"down", &result.steady.response.down, &result.draws.peak_down_m}})
-    text += fmt::format("  {:<5} {:<34} {:.5g} mm at {:.5g} Hz{}\n", way, "largest relative amplitude",
-                        1e3 * sim::peak(*points).x_m, sim::peak(*points).frequency_hz,
-                        peaks->empty() ? "" : fmt::format(", sd {:.2g} mm", 1e3 * ident::drawn_figure(*peaks).std));
+    text += fmt::format(
+        "  {:<5} {:<34} {:.5g} {} at {:.5g} Hz{}\n", way, "largest amplitude of x",
+        unit.factor * sim::peak(*points).x_m, unit.name, sim::peak(*points).frequency_hz,
+        peaks->empty() ? "" : fmt::format(", sd {:.2g} {}", unit.factor * ident::drawn_figure(*peaks).std, unit.name));
   if (const Misfit misfit = misfit_of(result); misfit.count > 0)
     text += fmt::format(
         "  from the record's {} steady amplitudes in motion it is {:.2g} % away (rms), at most {:.2g} % at {:.5g} Hz\n",
@@ -195,7 +205,7 @@ std::string response_csv(const EquationResponse& result) {
 PlotFigure response_figure(const EquationResponse& result) {
   PlotFigure figure = response_figure(reported(result), fmt::format("Response of the equation of range {} by {}",
                                                                     result.equation.range, result.equation.method));
-  add_steps(figure, result.steps);
+  add_steps(figure, result.steps, shown_unit(result.equation.x_unit).factor);
   figure.caption = remarks_of(result);
   return figure;
 }

@@ -77,6 +77,10 @@ std::string models_text(const ident::Fit& fit, const std::vector<std::string>& t
   return text;
 }
 
+std::string bands_clause(const ident::BandFractions& bands) {
+  return bands.fault().empty() ? std::string() : fmt::format(": they are {} here", bands.fault());
+}
+
 std::string fit_text(const ident::JudgedFit& fit, const std::vector<std::string>& terms) {
   std::string text = fmt::format("    {}\n    {}\n", ident::to_text(fit.model), fit.judgement.sentence);
   for (const std::string& remark : fit.judgement.remarks) text += fmt::format("      - {}\n", remark);
@@ -88,8 +92,9 @@ std::string fit_text(const ident::JudgedFit& fit, const std::vector<std::string>
       figure(fit.train), figure(fit.test), figure({fit.free_run.nmse, fit.free_run.reason}), figure(fit.train_centred),
       figure(fit.test_centred), number_text(fit.model.noise_std, "{:.3g}"), fit.model.target_unit);
   if (fit.bands_reason.empty())
-    text += fmt::format("      test rows inside their 50, 90 and 95 % bands: {:.1f}, {:.1f} and {:.1f} %\n",
-                        100.0 * fit.bands.within_50, 100.0 * fit.bands.within_90, 100.0 * fit.bands.within_95);
+    text += fmt::format("      test rows inside their 50, 90 and 95 % bands: {:.1f}, {:.1f} and {:.1f} %{}\n",
+                        100.0 * fit.bands.within_50, 100.0 * fit.bands.within_90, 100.0 * fit.bands.within_95,
+                        bands_clause(fit.bands));
   return text + models_text(fit.fit, terms);
 }
 

@@ -39,24 +39,28 @@ ordered_json peak_json(const Points& points) {
 }
 
 /// The curve of one sweep, and dashed what bounds 95 % of the draws.
-void add_series(PlotPanel& panel, const Points& points, const char* label, PlotColour colour,
+void add_series(PlotPanel& panel, const Points& points, const char* label, PlotColour colour, double factor,
                 double sim::ResponsePoint::*amplitude, const std::vector<double>& low,
                 const std::vector<double>& high) {
   const auto count = static_cast<Eigen::Index>(points.size());
   PlotSeries line{label, Eigen::VectorXd(count), Eigen::VectorXd(count), PlotStyle::line, colour};
   for (Eigen::Index k = 0; k < count; ++k) {
     line.x[k] = points[static_cast<std::size_t>(k)].frequency_hz;
-    line.y[k] = 1e3 * (points[static_cast<std::size_t>(k)].*amplitude);
+    line.y[k] = factor * (points[static_cast<std::size_t>(k)].*amplitude);
   }
   for (const auto* bound : {&low, &high})
     if (!bound->empty())
       panel.series.push_back({bound == &low ? fmt::format("{}, 95 % of draws", label) : "", line.x,
-                              1e3 * Eigen::Map<const Eigen::VectorXd>(bound->data(), count), PlotStyle::dashed,
+                              factor * Eigen::Map<const Eigen::VectorXd>(bound->data(), count), PlotStyle::dashed,
                               colour});
   panel.series.push_back(std::move(line));
 }
 
 }  // namespace
+
+ShownUnit shown_unit(std::string_view x_unit) {
+  return x_unit == "rad" ? ShownUnit{1.0, "rad"} : ShownUnit{};
+}
 
 std::string response_csv(const ReportedResponse& reported) {
   std::string text = "direction,f_hz,amplitude_m,mode,payload_amplitude_m,phase_deg,stuck_share";
@@ -102,11 +106,18 @@ std::string response_text(const sim::FrequencyResponse& response) {
 PlotFigure response_figure(const ReportedResponse& reported, std::string_view title) {
   PlotFigure figure;
   figure.title = title;
-  figure.panels = {{.title = "payload", .x_label = "frequency (Hz)", .y_label = "amplitude of y (mm)", .series = {}},
-                   {.title = "relative", .x_label = "frequency (Hz)", .y_label = "amplitude of x (mm)", .series = {}}};
+  const ShownUnit unit = shown_unit(reported.x_unit);
+  const auto panel = [&](const char* panel_title, const char* name) {
+    return PlotPanel{panel_title, "frequency (Hz)", fmt::format("amplitude of {} ({})", name, unit.name)};
+  };
+  if (reported.has_base) figure.panels = {panel("payload", "y")};
+  figure.panels.push_back(panel(reported.has_base ? "relative" : "", "x"));
   const auto add = [&](const Points& points, const ident::ResponseBand& band, const char* label, PlotColour colour) {
-    add_series(figure.panels[0], points, label, colour, &sim::ResponsePoint::y_m, band.y_low_m, band.y_high_m);
-    add_series(figure.panels[1], points, label, colour, &sim::ResponsePoint::x_m, band.x_low_m, band.x_high_m);
+    if (reported.has_base)
+      add_series(figure.panels.front(), points, label, colour, unit.factor, &sim::ResponsePoint::y_m, band.y_low_m,
+                 band.y_high_m);
+    add_series(figure.panels.back(), points, label, colour, unit.factor, &sim::ResponsePoint::x_m, band.x_low_m,
+               band.x_high_m);
   };
   add(reported.response.up, reported.up, "up", PlotColour::vermilion);
   add(reported.response.down, reported.down, "down", PlotColour::blue);

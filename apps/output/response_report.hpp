@@ -15,7 +15,16 @@ namespace apps {
 struct ReportedResponse {
   sim::FrequencyResponse response;
   ident::ResponseBand up, down;
+  std::string x_unit = "m";
+  bool has_base = true;  ///< else y is x
 };
+
+/// What an amplitude is shown in: millimetres of metres, else its own unit.
+struct ShownUnit {
+  double factor = 1e3;
+  const char* name = "mm";
+};
+[[nodiscard]] ShownUnit shown_unit(std::string_view x_unit);
 
 /// What can happen on the way, with its name in documents and in a sentence.
 struct ResponseEvent {
@@ -35,7 +44,8 @@ struct ResponseEvent {
 /// One line for each thing that happens on the way.
 [[nodiscard]] std::string response_text(const sim::FrequencyResponse& response);
 
-/// Amplitude of payload and of relative motion against frequency, as in Fig. 11 of [QZS23].
+/// Amplitude of relative motion, and of the payload where there is a base, against frequency, as in Fig. 11 of
+/// [QZS23].
 [[nodiscard]] PlotFigure response_figure(const ReportedResponse& reported, std::string_view title);
 
 /// Sets one of from_hz, to_hz, step_hz, dwell_s, transition_s, amplitude_mm; false for any other name.

@@ -54,6 +54,7 @@ Limits limits_of(const PlotPanel& panel, Eigen::VectorXd PlotSeries::*values, co
     }
   if (!(low <= high)) return {0.0, 1.0};
   const double size = std::max(std::abs(low), std::abs(high));
+  if (panel.x_log && values == &PlotSeries::x && low < high) return {low, high};
   const double margin = high - low > 1e-12 * size ? 0.04 * (high - low) : size > 0.0 ? 0.5 * size : 0.5;
   return {low - margin, high + margin};
 }
@@ -71,9 +72,11 @@ std::string tick_label(double value, double step) {
 struct Frame {
   double left, top, width, height;
   Limits x, y;
+  bool x_log = false;
   [[nodiscard]] Pixel at(double px, double py) const {
-    return {left + width * (px - x.first) / (x.second - x.first),
-            top + height * (1.0 - (py - y.first) / (y.second - y.first))};
+    const double part =
+        x_log ? std::log(px / x.first) / std::log(x.second / x.first) : (px - x.first) / (x.second - x.first);
+    return {left + width * part, top + height * (1.0 - (py - y.first) / (y.second - y.first))};
   }
 };
 
@@ -88,13 +91,16 @@ struct Tick {
   std::string label;
 };
 
-std::vector<Tick> ticks_of(const Limits& limits, int most, const std::vector<std::string>& names) {
+std::vector<Tick> ticks_of(const Limits& limits, bool is_log, int most, const std::vector<std::string>& names) {
   std::vector<Tick> ticks;
   for (std::size_t i = 0; i < names.size(); ++i)
     if (const auto value = static_cast<double>(i); value >= limits.first && value <= limits.second)
       ticks.push_back({value, names[i]});
   if (!names.empty()) return ticks;
-  const std::vector<double> values = nice_ticks(limits.first, limits.second, most);
+  if (is_log)
+    for (const double value : log_ticks(limits.first, limits.second, most))
+      ticks.push_back({value, fmt::format("{:.6g}", value)});
+  const std::vector<double> values = is_log ? std::vector<double>() : nice_ticks(limits.first, limits.second, most);
   for (const double value : values)
     ticks.push_back({value, tick_label(value, values.size() > 1 ? values[1] - values[0] : 1.0)});
   return ticks;
@@ -113,12 +119,12 @@ std::string axes(const PlotPanel& panel, const Frame& frame) {
       "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"none\" stroke=\"#444444\"/>\n",
       frame.left, frame.top, frame.width, frame.height);
   const double bottom = frame.top + frame.height;
-  for (const auto& [value, label] : ticks_of(frame.x, most_x_ticks, panel.x_names)) {
+  for (const auto& [value, label] : ticks_of(frame.x, frame.x_log, most_x_ticks, panel.x_names)) {
     const double x = frame.at(value, frame.y.first).first;
     out += fmt::format("<path d=\"M{:.2f} {:.2f}V{:.2f}\" stroke=\"#dddddd\"/>\n", x, frame.top, bottom);
     out += text_element(x, bottom + 16.0, "middle", label);
   }
-  for (const auto& [value, label] : ticks_of(frame.y, most_y_ticks, panel.y_names)) {
+  for (const auto& [value, label] : ticks_of(frame.y, false, most_y_ticks, panel.y_names)) {
     const double y = frame.at(frame.x.first, value).second;
     out += fmt::format("<path d=\"M{:.2f} {:.2f}H{:.2f}\" stroke=\"#dddddd\"/>\n", frame.left, y,
                        frame.left + frame.width);
@@ -260,7 +266,8 @@ std::string panel_element(const PlotPanel& panel, const PlotFigure& figure, doub
                     width - room - margin_right,
                     height - margin_top - margin_bottom,
                     limits_of(panel, &PlotSeries::x, panel.x_limits),
-                    limits_of(panel, &PlotSeries::y, panel.y_limits)};
+                    limits_of(panel, &PlotSeries::y, panel.y_limits),
+                    panel.x_log};
   std::string out = shading(panel, frame) + axes(panel, frame);
   out += fmt::format(
       "<clipPath id=\"{0}\"><rect x=\"{1:.2f}\" y=\"{2:.2f}\" width=\"{3:.2f}\" height=\"{4:.2f}\"/></clipPath>\n"
@@ -292,6 +299,20 @@ std::vector<double> nice_ticks(double low, double high, int most) {
   std::vector<double> ticks;
   for (double n = std::ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; ++n) ticks.push_back(n * step);
   return ticks;
+}
+
+std::vector<double> log_ticks(double low, double high, int most) {
+  const double first = std::floor(std::log10(low)), last = std::log10(high);
+  const std::vector<double> all{1.0, 2.0, 5.0}, alone{1.0};
+  for (double stride = 0.0; stride <= last - first; stride += 1.0) {
+    std::vector<double> ticks;
+    for (double power = first; power <= last; power += std::max(1.0, stride))
+      for (const double factor : stride > 0.0 ? alone : all)
+        if (const double value = factor * std::pow(10.0, power); value >= low && value <= high) ticks.push_back(value);
+    if (ticks.size() < 2) break;
+    if (std::ssize(ticks) <= most) return ticks;
+  }
+  return nice_ticks(low, high, most);
 }
 
 std::string to_svg(const PlotFigure& figure) {

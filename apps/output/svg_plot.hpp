@@ -39,6 +39,7 @@ struct PlotPanel {
   std::optional<std::pair<double, double>> x_limits = {}, y_limits = {};
   std::vector<std::string> x_names = {}, y_names = {};  ///< of 0, 1, 2 ... in place of numbers at the ticks
   std::vector<PlotSpan> spans = {};
+  bool x_log = false;  ///< x by its logarithm: every x, and given limits, above zero; without names
 };
 
 /// What a reader asks of a page, in the order of asking. Where it has several figures to show, the first is shown
@@ -65,5 +66,8 @@ struct PlotFigure {
 
 /// Where ticks go between low and high: multiples of 1, 2 or 5 times a power of ten, `most` at most.
 [[nodiscard]] std::vector<double> nice_ticks(double low, double high, int most);
+/// The same of 0 < low < high on a logarithmic axis: 1, 2 and 5 times the powers of ten, or these alone; `nice_ticks`
+/// where low and high are so near that fewer than two of them lie between.
+[[nodiscard]] std::vector<double> log_ticks(double low, double high, int most);
 
 }  // namespace apps

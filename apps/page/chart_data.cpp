@@ -156,6 +156,7 @@ std::string chart_json(const PlotPanel& panel) {
                 {"y_label", printable(panel.y_label)},
                 {"spans", Json::array()},
                 {"series", Json::array()}};
+  if (panel.x_log) document["x_log"] = true;
   if (panel.x_limits) document["view"] = {panel.x_limits->first, panel.x_limits->second};
   if (panel.y_limits) document["y_view"] = {panel.y_limits->first, panel.y_limits->second};
   for (const PlotSpan& span : panel.spans)

@@ -18,11 +18,11 @@ struct Packed {
 
 [[nodiscard]] std::string base64(std::string_view bytes);
 
-/// A panel as the JSON document that page.js draws: {"title", "x_label", "y_label", "view", "y_view": [from, to] (what
-/// is shown first, left out: all), "spans": [{"from", "to", "label", "colour"}], "series": [{"label", "dashed",
-/// "points", "band_limited", "colour", "n", "x", "middle", "step", "y" (int16)}]}. "x": [[length, first, step,
-/// thinned], ...], runs one behind the other, or float32; arrays in base64; of long series the envelope, but for what
-/// is shown first.
+/// A panel as the JSON document that page.js draws: {"title", "x_label", "y_label", "x_log" (left out: false), "view",
+/// "y_view": [from, to] (what is shown first, left out: all), "spans": [{"from", "to", "label", "colour"}], "series":
+/// [{"label", "dashed", "points", "band_limited", "colour", "n", "x", "middle", "step", "y" (int16)}]}. "x": [[length,
+/// first, step, thinned], ...], runs one behind the other, or float32; arrays in base64; of long series the envelope,
+/// but for what is shown first.
 [[nodiscard]] std::string chart_json(const PlotPanel& panel);
 
 }  // namespace apps

@@ -16,7 +16,8 @@ std::string response_page(const EquationResponse& result) {
   figure.name = "frc";
   figure.zoomable = true;
   figure.panel_width_px *= 2.0;
-  figure.panels.front().title = "amplitude of the payload, and of its motion relative to the base";
+  if (figure.panels.size() > 1)
+    figure.panels.front().title = "amplitude of the payload, and of its motion relative to the base";
   return html_document(title, [&](HtmlWriter& html) {
     html.markup(page_figure(figure, false).markup);
     html.element("pre", printable_lines(response_text(result)));

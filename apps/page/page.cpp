@@ -180,11 +180,13 @@ std::string report_page(const RunResults& results, const FirstScreen& first, con
   });
 }
 
-std::string prediction_page(const ident::RecordPrediction& prediction, const std::string& equation) {
+std::string prediction_page(const ident::RecordPrediction& prediction, const std::string& equation,
+                            const std::vector<std::string>& warnings) {
   std::vector<PageFigure> figures;
   prediction_figures({prediction}, [&](const PlotFigure& figure) { figures.push_back(page_figure(figure, false)); });
   return html_document(fmt::format("Prediction of {}", printable(prediction.recording, 200)), [&](HtmlWriter& html) {
     html.element("p", printable(equation)).element("p", coordinates_sentence({prediction.coordinates}));
+    for (const std::string& warning : warnings) html.element("p", printable(warning, 400));
     write_predictions({prediction}, figures, html);
   });
 }

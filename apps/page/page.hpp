@@ -17,6 +17,7 @@ inline constexpr std::size_t most_ranges_with_figures = 12;
                                       const std::vector<PageFigure>& figures);
 
 /// predict.html, likewise: an equation as text, run free on a recording beside what was measured.
-[[nodiscard]] std::string prediction_page(const ident::RecordPrediction& prediction, const std::string& equation);
+[[nodiscard]] std::string prediction_page(const ident::RecordPrediction& prediction, const std::string& equation,
+                                          const std::vector<std::string>& warnings);
 
 }  // namespace apps

@@ -123,9 +123,13 @@
   const place_digits = 8;  // of an abscissa: milliseconds of a day
   const charts = [];       // {plot, chart, group, low, high}
 
-  function style_of(one, values, is_under, is_loop) {
-    const pen = () => colour(is_under ? "under" : one.colour);
-    const style = { label: one.label, stroke: pen, width: one.dashed ? 1.8 : is_under ? 3.5 : 1.3,
+  // Measured lies broad and grey under identified.
+  const is_under = (chart, one) => one.label === "measured" && chart.series.some(other => other.dashed);
+  const pen_of = (chart, one) => colour(is_under(chart, one) ? "under" : one.colour);
+
+  function style_of(chart, one, values, is_loop) {
+    const pen = () => pen_of(chart, one);
+    const style = { label: one.label, stroke: pen, width: one.dashed ? 1.8 : is_under(chart, one) ? 3.5 : 1.3,
                     dash: one.dashed ? [7, 4] : undefined, spanGaps: false, points: { show: one.n < 60 },
                     value: (u, v) => digits(v) };
     if (one.points)
@@ -138,7 +142,6 @@
   }
 
   function draw_panel(place, chart, number, is_last, group) {
-    const overlaid = chart.series.some(one => one.dashed);  // measured lies broad and grey under identified
     const falls = ({ x }) => x.length > 1 && ascends(x.slice().reverse());
     const all = chart.series.map(unpack).map(one => (falls(one) ? sorted(one) : one));
     if (all.length === 0) return null;
@@ -150,12 +153,13 @@
     const one = { chart, group, all, is_shared, is_limited: true };
     const options = {
       width: place.clientWidth, height: height(),
-      scales: { x: { time: false },
+      scales: { x: Object.assign({ time: false }, chart.x_log ? { distr: 3, range: (u, low, high) => [low, high] } : {}),
                 y: chart.y_view ? { range: (u, low, high) => (one.is_limited ? chart.y_view : uPlot.rangeNum(low, high, 0.1, true)) } : {} },
-      axes: [Object.assign(axis(is_last ? chart.x_label : ""), { values: (u, ticks) => ticks.map(v => digits(v, place_digits)) }),
+      axes: [Object.assign(axis(is_last ? chart.x_label : ""), { values: (u, ticks) => ticks.map(v => digits(v, place_digits)) },
+                           chart.x_log ? { splits: (u, i, low, high) => log_ticks(low, high) } : {}),
              Object.assign(axis(chart.y_label), { size: 62, space: number > 0 ? 20 : 30, values: (u, ticks) => ticks.map(v => digits(v)) })],
       series: [{ label: chart.x_label, value: (u, v) => digits(v, place_digits) }].concat(chart.series.map((one, k) =>
-        Object.assign(style_of(one, is_shared ? all[k] : { even: [] }, overlaid && one.label === "measured", !ascends(all[k].x)),
+        Object.assign(style_of(chart, one, is_shared ? all[k] : { even: [] }, !ascends(all[k].x)),
                       { label: one.label || (chart.series.length > 1 ? "interval" : chart.y_label) }))),
       hooks: { drawClear: [shade(chart.spans)], draw: [loops(all, chart)], setSelect: [] },
       legend: { markers: { width: 2, dash: (u, i) => (i > 0 && chart.series[i - 1].dashed ? "dashed" : "solid") } },
@@ -226,13 +230,24 @@
   }
 
   function png(panels, then) {
-    const all = panels.map(one => one.plot.ctx.canvas), picture = document.createElement("canvas"), ctx = picture.getContext("2d");
-    picture.width = Math.max(...all.map(one => one.width));
-    picture.height = all.reduce((sum, one) => sum + one.height, 0);
+    const ratio = devicePixelRatio, head = 20 * ratio, picture = document.createElement("canvas"), ctx = picture.getContext("2d");
+    picture.width = Math.max(...panels.map(one => one.plot.ctx.canvas.width));
+    picture.height = panels.reduce((sum, one) => sum + head + one.plot.ctx.canvas.height, 0);
     ctx.fillStyle = colour("paper");
     ctx.fillRect(0, 0, picture.width, picture.height);
+    ctx.font = 12 * ratio + "px sans-serif";
     let top = 0;
-    for (const one of all) ctx.drawImage(one, 0, top), (top += one.height);
+    for (const { plot, chart } of panels) {
+      let left = plot.bbox.left;
+      chart.series.forEach((one, k) => {
+        if (!one.label || !plot.series[k + 1].show) return;
+        ctx.fillStyle = pen_of(chart, one);
+        ctx.fillText(one.label, left, top + 14 * ratio);
+        left += ctx.measureText(one.label).width + 16 * ratio;
+      });
+      ctx.drawImage(plot.ctx.canvas, 0, top + head);
+      top += head + plot.ctx.canvas.height;
+    }
     picture.toBlob(then, "image/png");
   }
 
@@ -245,6 +260,15 @@
     return found;
   }
 
+  // 1, 2 and 5 times the powers of ten, or these alone.
+  function log_ticks(low, high) {
+    const first = Math.floor(Math.log10(low)), last = Math.log10(high), found = [];
+    for (let power = first; power <= last; ++power)
+      for (const factor of last - first > 3 ? [1] : [1, 2, 5]) found.push(factor * Math.pow(10, power));
+    const inside = found.filter(one => one >= low && one <= high);
+    return inside.length > 1 ? inside : ticks(low, high);
+  }
+
   const on_paper = { ink: "#1a1a1a", under: "#a6a6a6", vermilion: "#d55e00", blue: "#0072b2", green: "#009e73",
                      orange: "#e69f00", purple: "#cc79a7", sky: "#56b4e9" };
 
@@ -255,7 +279,8 @@
     panels.forEach(({ chart, plot, all }, number) => {
       const left = 80, right = width - 15, upper = top + 24, lower = top + heights[number] - 44;
       const { x: xs, y: ys } = plot.scales, flat = one => one.toFixed(2);
-      const at = x => left + (right - left) * (x - xs.min) / (xs.max - xs.min);
+      const scaled = chart.x_log ? Math.log10 : x => x;
+      const at = x => left + (right - left) * (scaled(x) - scaled(xs.min)) / (scaled(xs.max) - scaled(xs.min));
       const up = y => lower - (lower - upper) * (y - ys.min) / (ys.max - ys.min);
       const text = (x, y, anchor, words, more = "") =>
         parts.push(`<text x="${flat(x)}" y="${flat(y)}" text-anchor="${anchor}"${more}>${escaped(words)}</text>`);
@@ -263,7 +288,7 @@
       for (const span of chart.spans)
         parts.push(`<path d="M${flat(at(span.from))} ${upper}H${flat(at(span.to))}V${lower}H${flat(at(span.from))}Z" ` +
                    `fill="${on_paper[span.colour]}" fill-opacity="0.2" clip-path="url(#c${number})"/>`);
-      for (const one of ticks(xs.min, xs.max)) {
+      for (const one of (chart.x_log ? log_ticks : ticks)(xs.min, xs.max)) {
         parts.push(`<path d="M${flat(at(one))} ${upper}V${lower}" stroke="#ddd"/>`);
         text(at(one), lower + 16, "middle", digits(one, place_digits));
       }
@@ -275,11 +300,9 @@
       text((left + right) / 2, lower + 36, "middle", chart.x_label);
       text(18, (upper + lower) / 2, "middle", chart.y_label, ` transform="rotate(-90 18 ${flat((upper + lower) / 2)})"`);
       let legend = left + 10;
-      const overlaid = chart.series.some(one => one.dashed);
       chart.series.forEach((one, k) => {
         if (!plot.series[k + 1].show) return;
-        const { x, y } = all[k], is_under = overlaid && one.label === "measured";
-        const ink = on_paper[is_under ? "under" : one.colour];
+        const { x, y } = all[k], broad = is_under(chart, one), ink = on_paper[broad ? "under" : one.colour];
         const first = ascends(x) ? x.findIndex(place => place >= xs.min) : 0;
         const beyond = ascends(x) ? x.findIndex(place => place > xs.max) : -1;
         const last = beyond < 0 ? x.length - 1 : beyond;
@@ -290,7 +313,7 @@
         else if (first >= 0)
           trace(all[k], first, last, (px, py) => [at(px), up(py)], 1, line);
         const pen = one.points ? 'stroke-width="4" stroke-linecap="round"'
-                  : one.dashed ? 'stroke-width="1.6" stroke-dasharray="6 4"' : `stroke-width="${is_under ? 3.5 : 1.3}"`;
+                  : one.dashed ? 'stroke-width="1.6" stroke-dasharray="6 4"' : `stroke-width="${broad ? 3.5 : 1.3}"`;
         parts.push(`<path d="${path}" fill="none" stroke="${ink}" ${pen} clip-path="url(#c${number})"/>`);
         if (!one.label) return;
         text(legend, upper - 8, "start", one.label, ` fill="${ink}"`);
@@ -311,11 +334,12 @@
     }).filter(one => one);
     if (panels.length === 0) return;
     const first = panels[0], timed = first.chart.x_label.startsWith("time");
+    const [scaled, unscaled] = first.chart.x_log ? [Math.log, Math.exp] : [x => x, x => x];
     const move = (shift, factor) => {
-      const { min, max } = first.plot.scales.x, width = Math.min((max - min) * factor, first.high - first.low);
-      const from = 0.5 * (min + max) + shift * (max - min) - 0.5 * width;
-      const begin = Math.max(first.low, Math.min(first.high - width, from));
-      show(first, begin, begin + width);
+      const [min, max, low, high] = [first.plot.scales.x.min, first.plot.scales.x.max, first.low, first.high].map(scaled);
+      const width = Math.min((max - min) * factor, high - low), from = 0.5 * (min + max) + shift * (max - min) - 0.5 * width;
+      const begin = Math.max(low, Math.min(high - width, from));
+      show(first, unscaled(begin), unscaled(begin + width));
     };
     add_button(tools, "zoom in", () => move(0, 0.5));
     add_button(tools, "zoom out", () => move(0, 2));

@@ -32,8 +32,10 @@ PowerSpectrum power_spectrum_db(const Eigen::Ref<const VectorXd>& values, double
   if (count == 0.0 || !(sum.maxCoeff() > 0.0)) return {};
   const double scale = 2.0 / (count * sample_rate_hz * window.squaredNorm());
   const double floor = 1e-30 * scale * sum.maxCoeff();
-  return {VectorXd::LinSpaced(sum.size(), 0.0, 0.5 * sample_rate_hz),
-          (scale * sum).unaryExpr([=](double power) { return 10.0 * std::log10(std::max(power, floor)); })};
+  return {VectorXd::LinSpaced(sum.size(), 0.0, 0.5 * sample_rate_hz).tail(sum.size() - 1),
+          (scale * sum.tail(sum.size() - 1)).unaryExpr([=](double power) {
+            return 10.0 * std::log10(std::max(power, floor));
+          })};
 }
 
 }  // namespace apps

@@ -3,7 +3,7 @@
 
 namespace apps {
 
-/// One-sided power density of a record, in dB re 1 unit^2/Hz.
+/// One-sided power density of a record above 0 Hz, in dB re 1 unit^2/Hz.
 struct PowerSpectrum {
   Eigen::VectorXd frequency_hz, power_db;  ///< empty: the record is too short or too full of gaps
 };

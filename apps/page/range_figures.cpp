@@ -228,7 +228,9 @@ std::optional<PlotFigure> spectrum_figure(const RangeView& view) {
                   {"residual", residual.frequency_hz, residual.power_db, PlotStyle::dashed, PlotColour::blue}};
   constexpr double beyond_band = 1.25;
   const double band_hz = view.results.columns[view.range.rows.train.front().recording].band_hz;
-  if (band_hz > 0.0 && beyond_band * band_hz < 0.45 * rate_hz) panel.x_limits = {0.0, beyond_band * band_hz};
+  if (band_hz > 0.0 && beyond_band * band_hz < 0.45 * rate_hz)
+    panel.x_limits = {target.frequency_hz(0), beyond_band * band_hz};
+  panel.x_log = true;
   return chart(
       view.slug + "-spectrum",
       fmt::format("Power spectra in {}. Where the residual is as high as the target, the equation explains none of it.",

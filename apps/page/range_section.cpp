@@ -85,7 +85,10 @@ void write_errors(const ident::JudgedFit& fit, HtmlWriter& html) {
                          fit.model.target, number_text(fit.model.noise_std), fit.model.target_unit),
              {"on", "NMSE", "about the mean"}, rows);
   if (!fit.bands_reason.empty()) return;
-  html.table("Predicted and actual spread: share of the test data inside the predicted bands", {"band", "inside"},
+  const std::string_view fault = fit.bands.fault();
+  html.table(fmt::format("Predicted and actual spread: share of the test data inside the predicted bands{}",
+                         fault.empty() ? "" : fmt::format(", which are {} here", fault)),
+             {"band", "inside"},
              {{"50 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_50)},
               {"90 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_90)},
               {"95 %", fmt::format("{:.1f} %", 100.0 * fit.bands.within_95)}});

@@ -84,6 +84,7 @@ std::optional<PlotFigure> before_and_behind(const dsp::Prepared& prepared, const
   if (before.frequency_hz.size() == 0 || behind.frequency_hz.size() == 0) return {};
   PlotPanel panel{"spectra before and after the filter", "frequency (Hz)",
                   fmt::format("power density (dB re 1 ({})^2/Hz)", wide->unit)};
+  panel.x_log = true;
   panel.series = {{"before", before.frequency_hz, before.power_db, PlotStyle::line, PlotColour::black},
                   {"after", behind.frequency_hz, behind.power_db, PlotStyle::dashed, PlotColour::vermilion}};
   return chart(prefix + "-spectra",

@@ -202,6 +202,18 @@ Remedy of_late_input(const RunResults& results) {
           {"[library]", "inner = \"lag\""}};
 }
 
+/// Each channel of the base as that of the payload, and the other way about.
+Remedy of_exchanged(const Input& input) {
+  ChannelLines lines;
+  for (const dsp::Channel& channel : input.prepared.channels) {
+    const dsp::SignalInfo& role = dsp::info_of(channel.role);
+    if (role.body != dsp::Body::base && role.body != dsp::Body::payload) continue;
+    const dsp::Body other = role.body == dsp::Body::base ? dsp::Body::payload : dsp::Body::base;
+    add_line(lines, channel.name, fmt::format("role = \"{}\"", dsp::motion_signal(other, role.order).name));
+  }
+  return {fmt::format("Base and payload may be exchanged. If they are, in {}:", input.sidecar), to_paste(input, lines)};
+}
+
 Remedy of_missing_term(const RunResults& results, const ident::JudgedFit& fit) {
   const std::optional<ident::Explanation>& named = fit.judgement.named;
   if (named && !named->is_term) {
@@ -256,6 +268,9 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
       break;
     case ident::Cause::late_input:
       found.push_back(of_late_input(results));
+      break;
+    case ident::Cause::exchanged_roles:
+      found.push_back(of_exchanged(results.inputs.front()));
       break;
     case ident::Cause::noise:
     case ident::Cause::not_found:

@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <set>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "dsp/constants.hpp"
 #include "dsp/fault.hpp"
 #include "ident/equation/equation_of_motion.hpp"
 
@@ -102,6 +104,21 @@ EquationOscillator equation_oscillator(const IdentifiedEquation& equation, const
     return motion->acceleration({0.0, states.data(), inputs.data()}, sides.data());
   };
   return result;
+}
+
+std::optional<std::pair<double, double>> free_frequencies_hz(const sim::DrivenOscillator& oscillator,
+                                                             double largest_x) {
+  constexpr int num_amplitudes = 20;
+  std::optional<std::pair<double, double>> found;
+  for (int i = 1; i <= num_amplitudes; ++i) {
+    const double place = std::sqrt(0.75) * largest_x * i / num_amplitudes;
+    const double pull = oscillator.acceleration({}, -place, 0.0, 0.0) - oscillator.acceleration({}, place, 0.0, 0.0);
+    const double hz = std::sqrt(pull / (2.0 * place)) / dsp::two_pi;
+    if (!(hz > 0.0) || !std::isfinite(hz)) continue;
+    if (!found) found = {hz, hz};
+    found = {std::min(found->first, hz), std::max(found->second, hz)};
+  }
+  return found;
 }
 
 }  // namespace ident

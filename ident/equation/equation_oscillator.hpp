@@ -1,5 +1,7 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
+#include <utility>
 
 #include "ident/equation/identified_equation.hpp"
 #include "sim/ode/driven_oscillator.hpp"
@@ -21,5 +23,11 @@ struct EquationOscillator {
 /// of anything else, and equations without a drive.
 [[nodiscard]] EquationOscillator equation_oscillator(const IdentifiedEquation& equation,
                                                      const Eigen::VectorXd& coefficients);
+
+/// Frequencies of free vibration in Hz, lowest and highest over its amplitudes up to `largest_x`, by the first harmonic
+/// of the restoring force: that of its secant at sqrt(3) / 2 of the amplitude, exact to the third degree. None where
+/// nothing pulls back.
+[[nodiscard]] std::optional<std::pair<double, double>> free_frequencies_hz(const sim::DrivenOscillator& oscillator,
+                                                                           double largest_x);
 
 }  // namespace ident

@@ -18,6 +18,8 @@ struct IdentifiedEquation {
   std::string coordinates;     ///< a sentence on where its x is 0; empty: not known
   Eigen::VectorXd scale;       ///< largest magnitude of each term over the training rows; NaN: not known
   bool base_measured = false;  ///< the record has a base: x is relative to it
+  std::string x_unit = "m";
+  double largest_x = 0.0;  ///< |x| over the training rows; 0: not known
   /// Relative standard deviations of the calibration that no covariance holds: of displacements, and of f.
   double displacement_std = 0.0, force_std = 0.0;
 };

@@ -61,6 +61,11 @@ std::string cause_clause(const JudgedFit& fit, const Findings& found, const Name
           "the motion answers what drives it {:.2g} s late, more than sensors are out of step by, and not as after a "
           "delay; an actuator with a lag would make it so",
           lateness_s(fit).value_or(0.0));
+    case Cause::exchanged_roles:
+      return fmt::format(
+          "what is called the base moves as a payload on what is called the payload would: all but {} of its "
+          "acceleration follows from what is between them",
+          percent(fit.explanations.exchanged.value_or(0.0)));
     case Cause::switch_variable:
     case Cause::not_found:
       break;

@@ -61,6 +61,11 @@ VectorXd predictive_variance(const Eigen::Ref<const MatrixXd>& phi, const Eigen:
   return ((phi * covariance).cwiseProduct(phi).rowwise().sum().array() + noise_variance).matrix();
 }
 
+std::string_view BandFractions::fault() const {
+  constexpr double least = 0.92, most = 0.98;
+  return within_95 < least ? "too narrow" : within_95 > most ? "too wide" : "";
+}
+
 BandFractions band_fractions(const Eigen::Ref<const VectorXd>& predicted, const Eigen::Ref<const VectorXd>& variance,
                              const Eigen::Ref<const VectorXd>& actual) {
   if (actual.size() == 0) return {nan, nan, nan};

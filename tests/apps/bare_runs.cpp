@@ -1,12 +1,14 @@
 // A stranger's own recording, without config or sidecar: the right equation at the first try, or a true reason why not.
 #include <fmt/format.h>
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <set>
 #include <sstream>
 
@@ -166,4 +168,69 @@ TEST_CASE("an equation is predicted on a recording of another rate", "[bare_runs
   CAPTURE(ended.err);
   REQUIRE(ended.code == 0);
   CHECK(json::parse(support::bytes_of(folder / "next/predict.json"))["nmse"].get<double>() < 0.01);
+}
+
+namespace {
+
+/// A hardening payload on a base that shakes at random between 0.3 and 4 Hz, noise of 0.5 % on both.
+std::string shaken_payload(const std::string& base, const std::string& payload, std::uint32_t seed) {
+  constexpr double rate_hz = 200.0, duration_s = 60.0, stiffness = 88.8, damping = 0.8, cubic = 3550.0;
+  constexpr int num_sines = 60, substeps = 4;
+  constexpr double step_s = 1.0 / rate_hz / substeps;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  std::vector<std::array<double, 3>> sines;  // amplitude, angular frequency, phase
+  for (int i = 0; i < num_sines; ++i) {
+    const double hz = 0.3 + 3.7 * i / (num_sines - 1);
+    sines.push_back(
+        {(0.5 + 0.5 * unit(random)) * 2.6e-3 / (1.0 + 0.5 * hz), 2.0 * M_PI * hz, 2.0 * M_PI * unit(random)});
+  }
+  const auto base_at = [&](double t, int order) {
+    double sum = 0.0;
+    for (const auto& [amplitude, w, phase] : sines)
+      sum += amplitude * (order == 0 ? std::cos(w * t + phase) : -w * w * std::cos(w * t + phase));
+    return sum;
+  };
+  std::normal_distribution<double> noise(0.0, 0.005 * 0.01);
+  std::string csv = fmt::format("t,{} [m],{} [m]\n", base, payload);
+  std::array<double, 2> state{0.0, 0.0};
+  const auto slope = [&](double t, const std::array<double, 2>& s) {
+    return std::array{s[1], -stiffness * s[0] - damping * s[1] - cubic * s[0] * s[0] * s[0] - base_at(t, 2)};
+  };
+  const auto moved = [](const std::array<double, 2>& s, const std::array<double, 2>& d, double h) {
+    return std::array{s[0] + h * d[0], s[1] + h * d[1]};
+  };
+  for (int i = 0; i < static_cast<int>(rate_hz * duration_s); ++i) {
+    const double now = i / rate_hz, r = base_at(now, 0);
+    csv += fmt::format("{},{:.9g},{:.9g}\n", now, r + noise(random), r + state[0] + noise(random));
+    for (int k = 0; k < substeps; ++k) {
+      const double t = now + k * step_s;
+      const auto a = slope(t, state), b = slope(t + 0.5 * step_s, moved(state, a, 0.5 * step_s)),
+                 c = slope(t + 0.5 * step_s, moved(state, b, 0.5 * step_s)),
+                 d = slope(t + step_s, moved(state, c, step_s));
+      for (std::size_t j = 0; j < 2; ++j) state[j] += step_s / 6.0 * (a[j] + 2.0 * b[j] + 2.0 * c[j] + d[j]);
+    }
+  }
+  return csv;
+}
+
+}  // namespace
+
+TEST_CASE("base and payload that were exchanged are found to be, and the lines put them right", "[bare_runs]") {
+  const Scratch folder;
+  (void)folder.file("right.csv", shaken_payload("r", "y", 1));
+  (void)folder.file("exchanged.csv", shaken_payload("y", "r", 1));
+  const auto equation_of = [&](const std::string& run) {
+    return json::parse(support::bytes_of(folder / (run + "/equation.json")))["ranges"][0];
+  };
+  REQUIRE(support::run(folder, "$ARDENT -q run right.csv -o right").code == 0);
+  CHECK(equation_of("right")["verdict"] == "describes");
+  const auto said = support::run(folder, "$ARDENT -q run exchanged.csv -o exchanged");
+  CHECK(equation_of("exchanged")["verdict"] == "does_not");
+  CHECK_THAT(equation_of("exchanged")["cause"].dump(), Catch::Contains("exchanged_roles"));
+  CHECK_THAT(said.out, Catch::Contains("exchanged.csv.toml") && Catch::Contains("role = \"r\""));
+  (void)folder.file("exchanged.csv.toml",
+                    "schema = 1\n[[channel]]\nname = \"y\"\nrole = \"r\"\n[[channel]]\nname = \"r\"\nrole = \"y\"\n");
+  REQUIRE(support::run(folder, "$ARDENT -q run exchanged.csv -o mended").code == 0);
+  CHECK(equation_of("mended")["verdict"] == "describes");
 }

@@ -194,6 +194,31 @@ TEST_CASE("a record's steady amplitudes come back from their table", "[apps][ste
   check_fault([&] { (void)apps::read_final_steps(folder / ""); }, dsp::FaultKind::input, "run.damaged", {"steps.csv"});
 }
 
+TEST_CASE("a sweep without frequencies is about those of the equation", "[apps][response_command]") {
+  const Scratch folder;
+  auto arguments = arguments_for(folder);
+  arguments.num_draws = 0;
+  arguments.set = {"amplitude=0.01"};
+  // The largest |x| of training is 0.03: 40 Hz, hardening to sqrt(1 + 3/4 0.1) of it.
+  const double k = std::pow(2.0 * M_PI * 40.0, 2);
+  json row = range_of("all", "a", {{"x", -k, 0.0}, {"x^3", -0.1 * k / 9e-4, 0.0}, {"v", -20.0, 0.0}, {"f", 1.0, 0.0}});
+  row["methods"][0]["target_unit"] = "rad/s^2";
+  make_run(folder, {row}, "t,x,v,a,f");
+  const json found = respond(arguments);
+  CHECK(found["sweep"]["from_hz"].get<double>() == Approx(0.45 * 40.0).epsilon(0.05));
+  CHECK(found["sweep"]["to_hz"].get<double>() == Approx(1.7 * 40.0 * std::sqrt(1.075)).epsilon(0.05));
+  CHECK(found["sweep"]["step_hz"].get<double>() == Approx(0.2));
+  CHECK(found["frequency_response"]["up"]["peak"]["f_hz"].get<double>() == Approx(40.0).margin(0.4));
+  CHECK(found["remarks"].empty());
+  const std::string svg = support::bytes_of(folder / "frc/frc.svg");
+  CHECK_THAT(svg, Catch::Contains("amplitude of x (rad)") && !Catch::Contains("amplitude of y"));
+  arguments.set.push_back("to_hz=35");
+  CHECK_THAT(respond(arguments)["remarks"].dump(), Catch::Contains("--set to_hz=52 shows more"));
+  make_run(folder, {range_of("all", "a", {{"v", -0.8, 0.0}, {"f", 2.0, 0.0}})}, "t,x,v,a,f");
+  arguments.set = {"amplitude=1"};
+  check_fault([&] { (void)respond(arguments); }, dsp::FaultKind::usage, "frc.option", {"--set from_hz="});
+}
+
 TEST_CASE("a force drives an equation without a base", "[apps][response_command]") {
   const Scratch folder;
   make_run(folder, {range_of("all", "a", {{"x", -50.0, 0.0}, {"v", -0.8, 0.0}, {"f", 2.0, 0.0}})}, "t,x,v,a,f");
@@ -222,7 +247,7 @@ TEST_CASE("the equation identified from the record that comes with the sources h
   CHECK(steps.back().locked);
   auto arguments = arguments_for(folder);
   arguments.run = folder / "run";
-  arguments.set = {"amplitude_mm=4.5"};
+  arguments.set = {"amplitude_mm=4.5", "from_hz=0.5", "to_hz=1.9"};  // of Fig. 11
   arguments.num_draws = 4;
   arguments.static_friction = 0.385;
   const json found = respond(arguments);

@@ -40,6 +40,28 @@ Pixels corners(const std::string& svg) {
 
 }  // namespace
 
+TEST_CASE("a logarithmic axis has equal room for equal ratios", "[apps][svg_plot]") {
+  apps::PlotFigure figure;
+  figure.panels = {{"", "f", "p", {{"", Eigen::Vector4d(0.1, 1.0, 10.0, 100.0), Eigen::Vector4d(0.0, 1.0, 2.0, 3.0)}}}};
+  figure.panels.front().x_log = true;
+  const Pixels line = corners(apps::to_svg(figure));
+  REQUIRE(line.size() == 4);
+  for (std::size_t i = 1; i < 4; ++i)
+    CHECK(line[i].first - line[i - 1].first == Approx((line[3].first - line[0].first) / 3.0).margin(0.02));
+  CHECK(apps::log_ticks(0.5, 20.0, 7) == std::vector<double>{0.5, 1, 2, 5, 10, 20});
+  CHECK(apps::log_ticks(0.03, 3000.0, 7) == std::vector<double>{0.1, 1, 10, 100, 1000});
+  CHECK(apps::log_ticks(1.1, 1.7, 7) == apps::nice_ticks(1.1, 1.7, 7));
+  for (const double low : {3e-4, 0.7, 12.0})
+    for (const double ratio : {1.01, 3.0, 40.0, 1e5, 1e9}) {
+      const auto ticks = apps::log_ticks(low, low * ratio, 7);
+      CHECK(ticks.size() >= 2);
+      CHECK(ticks.size() <= 8);
+      CHECK(std::is_sorted(ticks.begin(), ticks.end()));
+      CHECK(ticks.front() >= low * (1.0 - 1e-9));
+      CHECK(ticks.back() <= low * ratio * (1.0 + 1e-9));
+    }
+}
+
 TEST_CASE("thinning keeps the extremes of every pixel column", "[apps][svg_plot]") {
   constexpr Eigen::Index n = 100'000;
   VectorXd dense = VectorXd::LinSpaced(n, 0.0, 0.9 * n).array().sin();

@@ -180,7 +180,7 @@ TEST_CASE("a spectrum holds the power of its signal, and a line where it is", "[
   const VectorXd t = VectorXd::LinSpaced(40'000, 0.0, 39'999.0 / rate_hz);
   const VectorXd y = amplitude * (2.0 * 3.14159265358979 * 25.0 * t.array()).sin() + noise(t.size(), 5).array();
   const auto spectrum = apps::power_spectrum_db(y, rate_hz);
-  const double step_hz = spectrum.frequency_hz(1);
+  const double step_hz = spectrum.frequency_hz(0);  // the first above 0 Hz
   const VectorXd power = spectrum.power_db.unaryExpr([](double db) { return std::pow(10.0, 0.1 * db); });
   CHECK(power.sum() * step_hz == Approx(0.5 * amplitude * amplitude + 1.0).epsilon(0.02));
   Index at = 0;
