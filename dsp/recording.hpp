@@ -20,6 +20,7 @@ struct Channel {
   bool unit_is_assumed = false;     ///< nobody said it: SI of the role
   int body = 0;                     ///< of several bodies with motions of their own which, from 1; 0: there is one
   bool role_is_assumed = false;     ///< by its name
+  int hold_samples = 1;             ///< each value stands for so many samples: the sensor is slower than the clock
 };
 
 /// An interval of a recording that must not be used, in seconds from its first sample.

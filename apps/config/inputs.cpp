@@ -231,7 +231,9 @@ void choose_band(Config& config, std::size_t max_memory_bytes, Console& console)
     });
     double cutoff_hz = dsp::cutoff_for(band);
     if (cutoff_hz > 0.0) cutoff_hz = cutoff_for_length(cutoff_hz, duration_s);
-    if (cutoff_hz > 0.8 * band.nyquist_hz) cutoff_hz = 0.0;
+    constexpr double usable = 0.8;
+    if (cutoff_hz > usable * band.nyquist_hz) cutoff_hz = 0.0;
+    if (cutoff_hz == 0.0 && band.hold_samples > 1) cutoff_hz = usable * band.nyquist_hz;
     if (cutoff_hz == 0.0) {
       console.note(fmt::format("{}: its motion is above its noise in the whole band, or too slow to tell", name));
       is_clear = false;

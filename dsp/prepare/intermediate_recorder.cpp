@@ -78,7 +78,22 @@ Recording IntermediateRecorder::finish() {
   fill();
   recording_.bad = std::move(found.bad);
   recording_.checks = std::move(found.checks);
+  for (std::size_t c = 0; c < found.hold_samples.size(); ++c)
+    if (const int samples = found.hold_samples[c]; samples > 1) take_held(recording_.channels[c], samples);
   return std::move(recording_);
+}
+
+// A value is that of its first sample. Held for all of them its sines come half of the others late.
+void IntermediateRecorder::take_held(Channel& channel, int samples) {
+  const double late_s = 0.5 * (samples - 1) / input_rate_hz_, rate_hz = input_rate_hz_ / samples;
+  channel.hold_samples = samples;
+  std::string what = fmt::format("each value stands for {} samples: its own rate is {:.6g} Hz", samples, rate_hz);
+  if (channel.delay_s == 0.0) {
+    channel.delay_s = late_s;
+    what +=
+        fmt::format(", and it is taken {:.3g} s earlier, the middle of them. A stated delay takes its place", late_s);
+  }
+  recording_.checks.push_back({"sample.slow", channel.name, CheckStatus::note, rate_hz, input_rate_hz_, what});
 }
 
 // At the intermediate rate a predictor reaches over a cycle; what the filter before it smears belongs to the gap.

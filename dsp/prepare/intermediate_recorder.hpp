@@ -37,6 +37,7 @@ class IntermediateRecorder {
   void keep(const FrameBlock& frames);
   void refuse(const Eigen::Ref<const FrameBlock>& frames) const;
   void fill();
+  void take_held(Channel& channel, int samples);
 
   Recording recording_;
   double input_rate_hz_ = 0.0;

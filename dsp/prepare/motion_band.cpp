@@ -10,6 +10,7 @@
 #include "dsp/io/channel_bodies.hpp"
 #include "dsp/motion.hpp"
 #include "dsp/read_recording.hpp"
+#include "dsp/samples/hold_length.hpp"
 #include "dsp/signals.hpp"
 
 namespace dsp {
@@ -214,6 +215,12 @@ Index means_for(const Segments& segments, double rate_hz) {
   return static_cast<Index>(std::max(1.0, std::min(wanted, std::floor(0.5 * rate_hz / kept_hz))));
 }
 
+/// Of a channel that is slower than the clock what is below half its own rate: above are images.
+VectorXd below_own_nyquist(const Eigen::Ref<const VectorXd>& power, double bin_hz, double rate_hz, int hold_samples) {
+  const auto bins = static_cast<Index>(std::floor(0.5 * rate_hz / hold_samples / bin_hz)) + 1;
+  return hold_samples > 1 ? power.head(std::min(bins, power.size())) : power;
+}
+
 /// Of means of `num_means` samples where that is more than one: white noise keeps its density in them, and what else
 /// they fold is far above a slow motion.
 MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, double segment_s, Index num_means = 1) {
@@ -222,25 +229,32 @@ MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, 
   RawSpectrum spectrum(rate_hz / static_cast<double>(num_means), 1, static_cast<Index>(reader.num_frames()) / num_means,
                        most_segments, segment_s);
   Means means(num_means);
+  HoldLength hold;
   FrameBlock block;
   for (;;) {
     if (const Index idle = spectrum.num_idle(); num_means == 1 && idle > 0) {
       const Index skipped = reader.skip(idle);
       spectrum.skip(skipped);
+      hold.restart();
       if (skipped < idle) break;
       continue;
     }
     if (reader.read(block, frames_at_once) == 0) break;
     VectorXd motion = block.col(source.plus);
+    for (const double value : motion) hold.push(value);
     if (source.minus >= 0) motion -= block.col(source.minus);
     if (num_means > 1) motion = means.push(motion);
     spectrum.push(motion);
   }
   const Eigen::MatrixXd power = spectrum.power();
   if (power.rows() == 0) return {};
-  MotionBand band = motion_band(source.signal, source.order, power.col(0), spectrum.bin_hz());
+  const int hold_samples = hold.samples();
+  MotionBand band =
+      motion_band(source.signal, source.order,
+                  below_own_nyquist(power.col(0), spectrum.bin_hz(), rate_hz, hold_samples), spectrum.bin_hz());
+  band.hold_samples = hold_samples;
   if (band.signal.empty()) return band;
-  const double nyquist_hz = 0.5 * rate_hz;
+  const double nyquist_hz = 0.5 * rate_hz / hold_samples;
   if (band.to_hz == band.nyquist_hz) band.to_hz = nyquist_hz;
   band.nyquist_hz = nyquist_hz;
   return band;
@@ -281,8 +295,12 @@ MotionBand motion_band_of_channels(const std::vector<Channel>& channels, const R
   const MotionSource source = motion_source({.channels = channels});
   const Eigen::MatrixXd power = spectrum.power();
   if (source.plus < 0 || power.rows() == 0) return {};
-  return motion_band(channels[static_cast<std::size_t>(source.plus)].name, source.order, power.col(source.plus),
-                     spectrum.bin_hz());
+  const Channel& channel = channels[static_cast<std::size_t>(source.plus)];
+  const VectorXd density =
+      below_own_nyquist(power.col(source.plus), spectrum.bin_hz(), spectrum.sample_rate_hz(), channel.hold_samples);
+  MotionBand band = motion_band(channel.name, source.order, density, spectrum.bin_hz());
+  band.hold_samples = channel.hold_samples;
+  return band;
 }
 
 double integration_from_hz(const std::vector<Channel>& channels, const RawSpectrum& spectrum, double duration_s) {

@@ -22,7 +22,8 @@ struct MotionBand {
   double nyquist_hz = 0.0;    ///< to_hz is this where the motion is above its noise up to the end of the band
   double bin_hz = 0.0;        ///< of `density`
   Eigen::VectorXd density{};  ///< of `signal`, bins from 0 Hz on, in any unit; of a slow motion they end sooner
-  double noise = 0.0;         ///< density of the noise at to_hz, likewise; 0: not seen
+  int hold_samples = 1;  ///< the channel is slower than the clock (HoldLength): all of this is below its own rate's
+  double noise = 0.0;    ///< density of the noise at to_hz, likewise; 0: not seen
   /// Fraction of the acceleration's power, noise apart, that lies below cutoff_hz: 1 from to_hz on.
   [[nodiscard]] double kept_fraction(double cutoff_hz) const;
 };

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "dsp/samples/clipping.hpp"
+#include "dsp/samples/hold_length.hpp"
 #include "dsp/samples/sample_cells.hpp"
 #include "dsp/samples/sample_checks.hpp"
 #include "dsp/samples/standstill.hpp"
@@ -113,6 +114,7 @@ struct FaultySamples::State {
   Eigen::Index cell_frames, step_stride, merge_gap, num_frames = 0, num_cells = 0;
   CellCutter cutter;
   std::vector<Track> tracks;
+  std::vector<HoldLength> holds;
 
   State(double rate_hz, std::vector<Channel> channels, const FaultySampleOptions& chosen);
   /// Frames from this one on to the next whose step is drawn.
@@ -134,7 +136,8 @@ FaultySamples::State::State(double rate_hz, std::vector<Channel> channels, const
       cell_frames(frames_per_cell(rate_hz)),
       step_stride(frames_per_step(cell_frames)),
       merge_gap(std::llround(chosen.merge_gap_s * rate_hz)),
-      cutter(cell_frames, static_cast<Eigen::Index>(channels.size())) {
+      cutter(cell_frames, static_cast<Eigen::Index>(channels.size())),
+      holds(channels.size()) {
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto limits = options.limits.empty() ? ChannelLimits{} : options.limits[c];
     tracks.push_back({std::move(channels[c]),
@@ -342,6 +345,9 @@ void FaultySamples::push(const Eigen::Ref<const FrameBlock>& frames) {
   if (frames.cols() != static_cast<Eigen::Index>(state_->tracks.size()))
     throw std::invalid_argument(
         fmt::format("FaultySamples: {} columns, want {}", frames.cols(), state_->tracks.size()));
+  for (std::size_t c = 0; c < state_->holds.size(); ++c)
+    for (Eigen::Index i = 0; i < frames.rows() && !state_->holds[c].holds_none(); ++i)
+      state_->holds[c].push(frames(i, static_cast<Eigen::Index>(c)));
   state_->cutter.push(
       frames, [&](const auto& before, const auto& part, const auto& cells) { state_->take(before, part, cells); });
 }
@@ -354,6 +360,7 @@ SampleFaults FaultySamples::finish() {
     state_->tracks[c].follow_chunk();
     state_->tracks[c].standstill.finish();
     if (state_->num_frames > 0) state_->judge(static_cast<Eigen::Index>(c), faults);
+    faults.hold_samples.push_back(state_->holds[c].samples());
   }
   return faults;
 }

@@ -29,6 +29,7 @@ struct SampleFaults {
   std::vector<FaultyRange> ranges;  ///< by channel, then time
   std::vector<Interval> bad;        ///< the same in seconds, with reasons; margins not added
   std::vector<Check> checks;        ///< see below
+  std::vector<int> hold_samples;    ///< of each channel: HoldLength
 };
 
 /// What a channel can show, in its own unit.

@@ -29,6 +29,7 @@ class RawSpectrum {
   [[nodiscard]] Eigen::MatrixXd power() const;
   /// Memory that a channel takes of a record of so many frames.
   [[nodiscard]] static double bytes_per_channel(double sample_rate_hz, Eigen::Index num_frames);
+  [[nodiscard]] double sample_rate_hz() const { return sample_rate_hz_; }
   [[nodiscard]] double bin_hz() const { return sample_rate_hz_ / static_cast<double>(fft_.size()); }
   /// Of each channel that moves: sample.near_nyquist (value: fraction of the power in the uppermost tenth of the band;
   /// a warning above 1 %: a recorder's own filter leaves nothing there, so what there is may have been folded already);

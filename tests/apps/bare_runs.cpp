@@ -234,3 +234,52 @@ TEST_CASE("base and payload that were exchanged are found to be, and the lines p
   REQUIRE(support::run(folder, "$ARDENT -q run exchanged.csv -o mended").code == 0);
   CHECK(equation_of("mended")["verdict"] == "describes");
 }
+
+namespace {
+
+/// A hardening payload that a force shakes at random, x held for so many samples, noise of 0.5 %.
+std::string held_displacement(int samples) {
+  constexpr double rate_hz = 200.0, duration_s = 60.0, step_s = 1.0 / rate_hz;
+  constexpr int num_sines = 60;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> phase(0.0, 2.0 * M_PI);
+  std::vector<double> phases;
+  for (int i = 0; i < num_sines; ++i) phases.push_back(phase(random));
+  const auto force = [&](double t) {
+    double sum = 0.0;
+    for (int i = 0; i < num_sines; ++i)
+      sum += std::cos(2.0 * M_PI * (0.3 + 3.7 * i / (num_sines - 1)) * t + phases[static_cast<std::size_t>(i)]);
+    return sum / 3.0;
+  };
+  const auto acceleration = [&](double t, double x, double v) {
+    return -88.83 * x - 0.8 * v - 3000.0 * x * x * x + force(t);
+  };
+  std::normal_distribution<double> noise(0.0, 0.005 * 0.04);
+  std::string csv = "t,x [m],f [N]\n";
+  double x = 0.0, v = 0.0, shown = 0.0;
+  for (int i = 0; i < static_cast<int>(rate_hz * duration_s); ++i) {
+    const double t = i * step_s;
+    if (i % samples == 0) shown = x + noise(random);
+    csv += fmt::format("{},{:.9g},{:.9g}\n", t, shown, force(t));
+    const double a1 = acceleration(t, x, v);  // Runge and Kutta's
+    const double a2 = acceleration(t + 0.5 * step_s, x + 0.5 * step_s * v, v + 0.5 * step_s * a1);
+    const double a3 = acceleration(t + 0.5 * step_s, x + 0.5 * step_s * (v + 0.5 * step_s * a1), v + 0.5 * step_s * a2);
+    const double a4 = acceleration(t + step_s, x + step_s * (v + 0.5 * step_s * a2), v + step_s * a3);
+    x += step_s * (v + step_s / 6.0 * (a1 + a2 + a3));
+    v += step_s / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+  }
+  return csv;
+}
+
+}  // namespace
+
+TEST_CASE("values that are held for several samples are those of a slower sensor", "[bare_runs]") {
+  for (const int samples : {4, 5}) {
+    const Outcome outcome =
+        bare_run(held_displacement(samples), {{"x", -88.83}, {"v", -0.8}, {"x^3", -3000.0}, {"f", 1.0}});
+    CAPTURE(samples, outcome.verdict, outcome.cause, joined(outcome.terms), outcome.message);
+    CHECK(outcome.terms == std::set<std::string>{"x", "v", "x^3", "f"});
+    CHECK((outcome.verdict == "describes" || outcome.verdict == "in_part"));
+    CHECK(outcome.within == 4);
+  }
+}
