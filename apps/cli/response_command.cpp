@@ -109,8 +109,8 @@ Command response_command() {
             run_response(arguments, console);
             return 0;
           },
-      .more = {"--set from_hz, to_hz, step_hz: left out, about the equation's own frequencies and the record's steps",
-               "--set amplitude_mm of the base (left out: of the record's steps, or 4.5), or amplitude of f"},
+      .more = {"--set from_hz, to_hz, step_hz: left out, about the frequencies of equation and record",
+               "--set amplitude_mm of the base (left out: as in the record's steps, or 4.5), or amplitude of f"},
       .examples = {"ardent frc drive-run",
                    "ardent frc drive-run --range mixed --set amplitude_mm=4 --static-friction 0.385"}};
 }

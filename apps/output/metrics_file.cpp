@@ -48,7 +48,10 @@ Json bands_json(const ident::JudgedFit& fit) {
                                        {"within_90", fit.bands.within_90},
                                        {"within_95", fit.bands.within_95}})
     put(result, name, known ? fraction : std::nan(""), fit.bands_reason);
-  if (known) result["fault"] = fit.bands.fault().empty() ? Json() : Json(fit.bands.fault());
+  if (known) {
+    const std::string_view fault = ident::fault_of(fit.bands);
+    result["fault"] = fault.empty() ? Json() : Json(fault);
+  }
   return result;
 }
 

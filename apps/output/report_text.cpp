@@ -78,7 +78,8 @@ std::string models_text(const ident::Fit& fit, const std::vector<std::string>& t
 }
 
 std::string bands_clause(const ident::BandFractions& bands) {
-  return bands.fault().empty() ? std::string() : fmt::format(": they are {} here", bands.fault());
+  const std::string_view fault = ident::fault_of(bands);
+  return fault.empty() ? std::string() : fmt::format(": they are {} here", fault);
 }
 
 std::string fit_text(const ident::JudgedFit& fit, const std::vector<std::string>& terms) {

@@ -85,7 +85,7 @@ void write_errors(const ident::JudgedFit& fit, HtmlWriter& html) {
                          fit.model.target, number_text(fit.model.noise_std), fit.model.target_unit),
              {"on", "NMSE", "about the mean"}, rows);
   if (!fit.bands_reason.empty()) return;
-  const std::string_view fault = fit.bands.fault();
+  const std::string_view fault = ident::fault_of(fit.bands);
   html.table(fmt::format("Predicted and actual spread: share of the test data inside the predicted bands{}",
                          fault.empty() ? "" : fmt::format(", which are {} here", fault)),
              {"band", "inside"},

@@ -61,9 +61,9 @@ VectorXd predictive_variance(const Eigen::Ref<const MatrixXd>& phi, const Eigen:
   return ((phi * covariance).cwiseProduct(phi).rowwise().sum().array() + noise_variance).matrix();
 }
 
-std::string_view BandFractions::fault() const {
+std::string_view fault_of(const BandFractions& bands) {
   constexpr double least = 0.92, most = 0.98;
-  return within_95 < least ? "too narrow" : within_95 > most ? "too wide" : "";
+  return bands.within_95 < least ? "too narrow" : bands.within_95 > most ? "too wide" : "";
 }
 
 BandFractions band_fractions(const Eigen::Ref<const VectorXd>& predicted, const Eigen::Ref<const VectorXd>& variance,

@@ -25,9 +25,9 @@ namespace ident {
 /// values.
 struct BandFractions {
   double within_50 = 0.0, within_90 = 0.0, within_95 = 0.0;
-  /// "too narrow" or "too wide" where the bands of 95 % hold less than 92 or more than 98 % of the values; else empty.
-  [[nodiscard]] std::string_view fault() const;
 };
+/// "too narrow" or "too wide" where the bands of 95 % hold less than 92 or more than 98 % of the values; else empty.
+[[nodiscard]] std::string_view fault_of(const BandFractions& bands);
 [[nodiscard]] BandFractions band_fractions(const Eigen::Ref<const Eigen::VectorXd>& predicted,
                                            const Eigen::Ref<const Eigen::VectorXd>& variance,
                                            const Eigen::Ref<const Eigen::VectorXd>& actual);
