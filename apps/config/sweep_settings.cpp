@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <tuple>
@@ -10,6 +9,7 @@
 
 #include "apps/config/parameter_settings.hpp"
 #include "apps/output/response_report.hpp"
+#include "dsp/constants.hpp"
 #include "dsp/fault.hpp"
 #include "dsp/order_statistics.hpp"
 
@@ -33,16 +33,15 @@ double rounded(double value) {
   return unit * std::round(value / unit);
 }
 
-/// From less than half the lowest frequency of free vibration to almost twice the highest, and over all steps; zeros:
+/// From less than half the lowest frequency of free vibration to almost twice the highest, and over all steps; NaN:
 /// there is neither.
 std::pair<double, double> band_of(const std::optional<std::pair<double, double>>& free_hz,
                                   const std::vector<StepPoint>& steps) {
   constexpr double below = 0.45, above = 1.7;
-  std::pair<double, double> band{0.0, 0.0};
+  std::pair<double, double> band{dsp::nan, dsp::nan};
   if (free_hz) band = {rounded(below * free_hz->first), rounded(above * free_hz->second)};
   for (const StepPoint& step : steps)
-    band = {band.first > 0.0 ? std::min(band.first, step.frequency_hz) : step.frequency_hz,
-            std::max(band.second, step.frequency_hz)};
+    band = {std::fmin(band.first, step.frequency_hz), std::fmax(band.second, step.frequency_hz)};
   return band;
 }
 
@@ -53,7 +52,7 @@ sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings,
                                        const std::vector<StepPoint>& steps) {
   sim::FrequencyResponseOptions sweep;
   std::tie(sweep.from_hz, sweep.to_hz) = band_of(ident::free_frequencies_hz(driven.oscillator, largest_x), steps);
-  sweep.step_hz = 0.0;
+  sweep.step_hz = dsp::nan;  // no setting is
   const char* amplitude = driven.drive == ident::DriveKind::base ? "amplitude_mm" : "amplitude";
   bool amplitude_given = driven.drive == ident::DriveKind::base || !steps.empty();
   if (!steps.empty()) {
@@ -69,11 +68,11 @@ sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings,
     else
       (void)set_sweep_option(sweep, name, value);
   }
-  if (!(sweep.from_hz > 0.0 && sweep.to_hz > 0.0))
+  if (std::isnan(sweep.from_hz) || std::isnan(sweep.to_hz))
     refuse_sweep(
         "nothing in the equation pulls x back, so that it has no frequency to look about: give the sweep's, "
         "--set from_hz=... --set to_hz=...");
-  if (sweep.step_hz == 0.0) sweep.step_hz = plain_below(0.005 * (sweep.from_hz + sweep.to_hz));
+  if (std::isnan(sweep.step_hz)) sweep.step_hz = plain_below(0.005 * (sweep.from_hz + sweep.to_hz));
   if (!amplitude_given) refuse_sweep("the equation is driven by f: give its amplitude, --set amplitude=...");
   if (!(sweep.amplitude_m > 0.0))
     refuse_sweep(fmt::format("the amplitude must be positive, got {}", sweep.amplitude_m));

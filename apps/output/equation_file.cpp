@@ -229,6 +229,15 @@ Eigen::MatrixXd read_covariance(const Json& row, const ident::Model& model) {
   return covariance;
 }
 
+/// Over the training rows; of folders of earlier versions, which have no extents, as far as x is a term; 0: not known.
+double largest_x(const ident::Model& model) {
+  for (const ident::Extent& extent : model.extents)
+    if (extent.signal == "x") return std::max(std::abs(extent.lowest), std::abs(extent.highest));
+  for (const ident::ModelTerm& term : model.terms)
+    if (term.name == "x" && std::isfinite(term.scale)) return term.scale;
+  return 0.0;
+}
+
 }  // namespace
 
 Json term_json(const ident::ModelTerm& term, const ident::Fit& fit, std::string_view no_evidence) {
@@ -309,7 +318,6 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
                                        .terms = {},
                                        .mean = {},
                                        .covariance = {},
-                                       .scale = {},
                                        .base_measured = base_measured(document, run)};
     for (const Json& gain : row.value("calibration", Json::array()))
       if (const std::string name = gain.at("name"); name == "displacements")
@@ -320,18 +328,13 @@ ident::IdentifiedEquation read_equation(const fs::path& run, const std::string& 
     model.covariance = read_covariance(row, model);
     equation.coordinates = coordinates_sentence(model.coordinates);
     if (model.target_unit.starts_with("rad")) equation.x_unit = "rad";
-    for (const ident::Extent& extent : model.extents)
-      if (extent.signal == "x") equation.largest_x = std::max(std::abs(extent.lowest), std::abs(extent.highest));
-    for (const ident::ModelTerm& term : model.terms)
-      if (equation.largest_x == 0.0 && term.name == "x" && std::isfinite(term.scale)) equation.largest_x = term.scale;
+    equation.largest_x = largest_x(model);
     model = equation_of(model, 0);
     equation.covariance = model.covariance;
     equation.mean.resize(std::ssize(model.terms));
-    equation.scale.resize(equation.mean.size());
     for (const ident::ModelTerm& term : model.terms) {
       const auto i = std::ssize(equation.terms);
       equation.mean[i] = term.mean;
-      equation.scale[i] = term.scale;
       equation.terms.push_back(term.name);
     }
     return equation;

@@ -168,9 +168,7 @@ std::string response_text(const EquationResponse& result) {
                       sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws, result.seed);
   text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}\n", "", "Hz", "step", "located", "sd");
   for (const ResponseEvent& event : response_events()) {
-    const bool is_of_friction = event.frequency_hz == &sim::ResponseJumps::unlock_rising_hz ||
-                                event.frequency_hz == &sim::ResponseJumps::lock_falling_hz;
-    if (is_of_friction && !result.has_friction) continue;
+    if (event.needs_friction && !result.has_friction) continue;
     const double step_hz = result.steady.response.jumps.*event.frequency_hz;
     const ident::DrawnFigure spread = drawn(result, event);
     text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}", event.way, event.sentence, number_text(step_hz, "{:.6g}"),

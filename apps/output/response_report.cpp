@@ -72,12 +72,12 @@ std::string response_csv(const ReportedResponse& reported) {
 const std::array<ResponseEvent, 6>& response_events() {
   using Jumps = sim::ResponseJumps;
   static constexpr std::array<ResponseEvent, 6> events{
-      {{"up", "unlock_hz", "the locked payload breaks loose", &Jumps::unlock_rising_hz},
+      {{"up", "unlock_hz", "the locked payload breaks loose", &Jumps::unlock_rising_hz, true},
        {"up", "jump_hz", "the sliding payload jumps up", &Jumps::jump_up_rising_hz},
        {"up", "fall_hz", "it jumps down", &Jumps::jump_down_rising_hz},
        {"down", "jump_hz", "it jumps up", &Jumps::jump_up_falling_hz},
        {"down", "fall_hz", "it jumps down", &Jumps::jump_down_falling_hz},
-       {"down", "lock_hz", "it locks", &Jumps::lock_falling_hz}}};
+       {"down", "lock_hz", "it locks", &Jumps::lock_falling_hz, true}}};
   return events;
 }
 

@@ -19,7 +19,7 @@ struct ReportedResponse {
   bool has_base = true;  ///< else y is x
 };
 
-/// What an amplitude is shown in: millimetres of metres, else its own unit.
+/// What an amplitude is shown in: rad of an angle, else mm.
 struct ShownUnit {
   double factor = 1e3;
   const char* name = "mm";
@@ -30,6 +30,7 @@ struct ShownUnit {
 struct ResponseEvent {
   const char *way, *key, *sentence;
   double sim::ResponseJumps::*frequency_hz;
+  bool needs_friction = false;
 };
 [[nodiscard]] const std::array<ResponseEvent, 6>& response_events();
 

@@ -97,12 +97,10 @@ std::vector<Tick> ticks_of(const Limits& limits, bool is_log, int most, const st
     if (const auto value = static_cast<double>(i); value >= limits.first && value <= limits.second)
       ticks.push_back({value, names[i]});
   if (!names.empty()) return ticks;
-  if (is_log)
-    for (const double value : log_ticks(limits.first, limits.second, most))
-      ticks.push_back({value, fmt::format("{:.6g}", value)});
-  const std::vector<double> values = is_log ? std::vector<double>() : nice_ticks(limits.first, limits.second, most);
+  const std::vector<double> values = (is_log ? log_ticks : nice_ticks)(limits.first, limits.second, most);
+  const double step = values.size() > 1 ? values[1] - values[0] : 1.0;
   for (const double value : values)
-    ticks.push_back({value, tick_label(value, values.size() > 1 ? values[1] - values[0] : 1.0)});
+    ticks.push_back({value, is_log ? fmt::format("{:.6g}", value) : tick_label(value, step)});
   return ticks;
 }
 

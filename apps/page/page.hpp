@@ -16,7 +16,8 @@ inline constexpr std::size_t most_ranges_with_figures = 12;
 [[nodiscard]] std::string report_page(const RunResults& results, const FirstScreen& first,
                                       const std::vector<PageFigure>& figures);
 
-/// predict.html, likewise: an equation as text, run free on a recording beside what was measured.
+/// predict.html, likewise: an equation as text, warnings on the recording, and the equation run free on it beside what
+/// was measured.
 [[nodiscard]] std::string prediction_page(const ident::RecordPrediction& prediction, const std::string& equation,
                                           const std::vector<std::string>& warnings);
 

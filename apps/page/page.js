@@ -260,6 +260,9 @@
     return found;
   }
 
+  // To where x is even on its axis, and back.
+  const scales_of = chart => (chart.x_log ? [Math.log, Math.exp] : [x => x, x => x]);
+
   // 1, 2 and 5 times the powers of ten, or these alone.
   function log_ticks(low, high) {
     const first = Math.floor(Math.log10(low)), last = Math.log10(high), found = [];
@@ -279,7 +282,7 @@
     panels.forEach(({ chart, plot, all }, number) => {
       const left = 80, right = width - 15, upper = top + 24, lower = top + heights[number] - 44;
       const { x: xs, y: ys } = plot.scales, flat = one => one.toFixed(2);
-      const scaled = chart.x_log ? Math.log10 : x => x;
+      const [scaled] = scales_of(chart);
       const at = x => left + (right - left) * (scaled(x) - scaled(xs.min)) / (scaled(xs.max) - scaled(xs.min));
       const up = y => lower - (lower - upper) * (y - ys.min) / (ys.max - ys.min);
       const text = (x, y, anchor, words, more = "") =>
@@ -334,7 +337,7 @@
     }).filter(one => one);
     if (panels.length === 0) return;
     const first = panels[0], timed = first.chart.x_label.startsWith("time");
-    const [scaled, unscaled] = first.chart.x_log ? [Math.log, Math.exp] : [x => x, x => x];
+    const [scaled, unscaled] = scales_of(first.chart);
     const move = (shift, factor) => {
       const [min, max, low, high] = [first.plot.scales.x.min, first.plot.scales.x.max, first.low, first.high].map(scaled);
       const width = Math.min((max - min) * factor, high - low), from = 0.5 * (min + max) + shift * (max - min) - 0.5 * width;

@@ -16,7 +16,6 @@ struct IdentifiedEquation {
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;  ///< of the coefficients; where they differ by recording, of the mean of theirs
   std::string coordinates;     ///< a sentence on where its x is 0; empty: not known
-  Eigen::VectorXd scale;       ///< largest magnitude of each term over the training rows; NaN: not known
   bool base_measured = false;  ///< the record has a base: x is relative to it
   std::string x_unit = "m";
   double largest_x = 0.0;  ///< |x| over the training rows; 0: not known

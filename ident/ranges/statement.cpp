@@ -88,11 +88,11 @@ std::string obstacle(const Columns& columns) {
   const dsp::Prepared& prepared = *columns.prepared;
   if (prepared.recorded == nullptr)
     return prepared.x_is_difference ? "x is the difference of two channels" : "x was formed of filtered channels";
-  for (const dsp::Channel& channel : prepared.recorded->channels)
-    if (channel.highpass_hz.size() > 1)
-      return fmt::format("{} has two couplings", channel.name);
-    else if (channel.hold_samples > 1)
+  for (const dsp::Channel& channel : prepared.recorded->channels) {
+    if (channel.highpass_hz.size() > 1) return fmt::format("{} has two couplings", channel.name);
+    if (channel.hold_samples > 1)
       return fmt::format("{} holds each of its values for {} samples", channel.name, channel.hold_samples);
+  }
   if (!std::all_of(prepared.relations.begin(), prepared.relations.end(), dsp::can_be_corrected))
     return "two channels of one motion contradict each other";
   return {};

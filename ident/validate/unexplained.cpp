@@ -377,7 +377,7 @@ struct Residual {
 std::optional<double> exchanged_fraction(const Model& model, const std::vector<Row>& rows,
                                          const std::vector<Columns>& recordings) {
   constexpr double much_less = 0.25, most_of_it = 0.5;
-  if (model.target != "a") return std::nullopt;
+  if (model.target != "a" || recordings[rows.front().recording].signals->find("ddr") == nullptr) return std::nullopt;
   const std::vector<std::string> terms{"1", "x", "v", "x^3", "sgn(v)", "ddr", "a"};
   constexpr Index of_base = 5, of_target = 6;
   constexpr std::size_t enough = 4096;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -172,44 +173,61 @@ TEST_CASE("an equation is predicted on a recording of another rate", "[bare_runs
 
 namespace {
 
-/// A hardening payload on a base that shakes at random between 0.3 and 4 Hz, noise of 0.5 % on both.
-std::string shaken_payload(const std::string& base, const std::string& payload, std::uint32_t seed) {
-  constexpr double rate_hz = 200.0, duration_s = 60.0, stiffness = 88.8, damping = 0.8, cubic = 3550.0;
-  constexpr int num_sines = 60, substeps = 4;
-  constexpr double step_s = 1.0 / rate_hz / substeps;
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> unit(0.0, 1.0);
-  std::vector<std::array<double, 3>> sines;  // amplitude, angular frequency, phase
-  for (int i = 0; i < num_sines; ++i) {
-    const double hz = 0.3 + 3.7 * i / (num_sines - 1);
-    sines.push_back(
-        {(0.5 + 0.5 * unit(random)) * 2.6e-3 / (1.0 + 0.5 * hz), 2.0 * M_PI * hz, 2.0 * M_PI * unit(random)});
+constexpr double shaken_rate_hz = 200.0;
+
+/// x of a hardening payload, x'' = -88.83 x - 0.8 v - 3000 x^3 + drive(t), for a minute, by the method of Runge and
+/// Kutta.
+std::vector<double> shaken_x(const std::function<double(double)>& drive) {
+  constexpr int num_samples = 12'000, substeps = 4;
+  constexpr double step_s = 1.0 / shaken_rate_hz / substeps;
+  const auto a = [&](double t, double x, double v) { return -88.83 * x - 0.8 * v - 3000.0 * x * x * x + drive(t); };
+  std::vector<double> result;
+  double x = 0.0, v = 0.0;
+  for (int i = 0; i < num_samples; ++i) {
+    result.push_back(x);
+    for (int k = 0; k < substeps; ++k) {
+      const double t = i / shaken_rate_hz + k * step_s, half = 0.5 * step_s;
+      const double a1 = a(t, x, v), v2 = v + half * a1, a2 = a(t + half, x + half * v, v2);
+      const double v3 = v + half * a2, a3 = a(t + half, x + half * v2, v3);
+      const double v4 = v + step_s * a3, a4 = a(t + step_s, x + step_s * v3, v4);
+      x += step_s / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4);
+      v += step_s / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+    }
   }
-  const auto base_at = [&](double t, int order) {
+  return result;
+}
+
+/// Sixty sines between 0.3 and 4 Hz.
+struct Sines {
+  std::vector<std::array<double, 3>> all;  // amplitude, angular frequency, phase
+  explicit Sines(std::uint32_t seed, const std::function<double(double hz)>& amplitude) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> phase(0.0, 2.0 * M_PI);
+    constexpr int num_sines = 60;
+    for (int i = 0; i < num_sines; ++i) {
+      const double hz = 0.3 + 3.7 * i / (num_sines - 1);
+      all.push_back({amplitude(hz), 2.0 * M_PI * hz, phase(random)});
+    }
+  }
+  /// Their sum, or its second derivative.
+  [[nodiscard]] double at(double t, int order) const {
     double sum = 0.0;
-    for (const auto& [amplitude, w, phase] : sines)
-      sum += amplitude * (order == 0 ? std::cos(w * t + phase) : -w * w * std::cos(w * t + phase));
+    for (const auto& [amplitude, w, phase] : all)
+      sum += amplitude * (order == 0 ? 1.0 : -w * w) * std::cos(w * t + phase);
     return sum;
-  };
+  }
+};
+
+/// The payload on a base that shakes at random, noise of 0.5 % on both.
+std::string shaken_payload(const std::string& base, const std::string& payload, std::uint32_t seed) {
+  const Sines r(seed, [](double hz) { return 2e-3 / (1.0 + 0.5 * hz); });
+  const std::vector<double> x = shaken_x([&](double t) { return -r.at(t, 2); });
+  std::mt19937 random(seed + 1);
   std::normal_distribution<double> noise(0.0, 0.005 * 0.01);
   std::string csv = fmt::format("t,{} [m],{} [m]\n", base, payload);
-  std::array<double, 2> state{0.0, 0.0};
-  const auto slope = [&](double t, const std::array<double, 2>& s) {
-    return std::array{s[1], -stiffness * s[0] - damping * s[1] - cubic * s[0] * s[0] * s[0] - base_at(t, 2)};
-  };
-  const auto moved = [](const std::array<double, 2>& s, const std::array<double, 2>& d, double h) {
-    return std::array{s[0] + h * d[0], s[1] + h * d[1]};
-  };
-  for (int i = 0; i < static_cast<int>(rate_hz * duration_s); ++i) {
-    const double now = i / rate_hz, r = base_at(now, 0);
-    csv += fmt::format("{},{:.9g},{:.9g}\n", now, r + noise(random), r + state[0] + noise(random));
-    for (int k = 0; k < substeps; ++k) {
-      const double t = now + k * step_s;
-      const auto a = slope(t, state), b = slope(t + 0.5 * step_s, moved(state, a, 0.5 * step_s)),
-                 c = slope(t + 0.5 * step_s, moved(state, b, 0.5 * step_s)),
-                 d = slope(t + step_s, moved(state, c, step_s));
-      for (std::size_t j = 0; j < 2; ++j) state[j] += step_s / 6.0 * (a[j] + 2.0 * b[j] + 2.0 * c[j] + d[j]);
-    }
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double t = static_cast<double>(i) / shaken_rate_hz, now = r.at(t, 0), of_base = noise(random);
+    csv += fmt::format("{},{:.9g},{:.9g}\n", t, now + of_base, now + x[i] + noise(random));
   }
   return csv;
 }
@@ -237,36 +255,18 @@ TEST_CASE("base and payload that were exchanged are found to be, and the lines p
 
 namespace {
 
-/// A hardening payload that a force shakes at random, x held for so many samples, noise of 0.5 %.
-std::string held_displacement(int samples) {
-  constexpr double rate_hz = 200.0, duration_s = 60.0, step_s = 1.0 / rate_hz;
-  constexpr int num_sines = 60;
-  std::mt19937 random(7);
-  std::uniform_real_distribution<double> phase(0.0, 2.0 * M_PI);
-  std::vector<double> phases;
-  for (int i = 0; i < num_sines; ++i) phases.push_back(phase(random));
-  const auto force = [&](double t) {
-    double sum = 0.0;
-    for (int i = 0; i < num_sines; ++i)
-      sum += std::cos(2.0 * M_PI * (0.3 + 3.7 * i / (num_sines - 1)) * t + phases[static_cast<std::size_t>(i)]);
-    return sum / 3.0;
-  };
-  const auto acceleration = [&](double t, double x, double v) {
-    return -88.83 * x - 0.8 * v - 3000.0 * x * x * x + force(t);
-  };
+/// The payload shaken at random by a force, x held for so many samples, noise of 0.5 %.
+std::string held_displacement(std::size_t samples) {
+  const Sines f(7, [](double) { return 1.0 / 3.0; });
+  const std::vector<double> x = shaken_x([&](double t) { return f.at(t, 0); });
+  std::mt19937 random(8);
   std::normal_distribution<double> noise(0.0, 0.005 * 0.04);
   std::string csv = "t,x [m],f [N]\n";
-  double x = 0.0, v = 0.0, shown = 0.0;
-  for (int i = 0; i < static_cast<int>(rate_hz * duration_s); ++i) {
-    const double t = i * step_s;
-    if (i % samples == 0) shown = x + noise(random);
-    csv += fmt::format("{},{:.9g},{:.9g}\n", t, shown, force(t));
-    const double a1 = acceleration(t, x, v);  // Runge and Kutta's
-    const double a2 = acceleration(t + 0.5 * step_s, x + 0.5 * step_s * v, v + 0.5 * step_s * a1);
-    const double a3 = acceleration(t + 0.5 * step_s, x + 0.5 * step_s * (v + 0.5 * step_s * a1), v + 0.5 * step_s * a2);
-    const double a4 = acceleration(t + step_s, x + step_s * (v + 0.5 * step_s * a2), v + step_s * a3);
-    x += step_s * (v + step_s / 6.0 * (a1 + a2 + a3));
-    v += step_s / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+  double shown = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double t = static_cast<double>(i) / shaken_rate_hz;
+    if (i % samples == 0) shown = x[i] + noise(random);
+    csv += fmt::format("{},{:.9g},{:.9g}\n", t, shown, f.at(t, 0));
   }
   return csv;
 }
@@ -274,7 +274,7 @@ std::string held_displacement(int samples) {
 }  // namespace
 
 TEST_CASE("values that are held for several samples are those of a slower sensor", "[bare_runs]") {
-  for (const int samples : {4, 5}) {
+  for (const std::size_t samples : {4, 5}) {
     const Outcome outcome =
         bare_run(held_displacement(samples), {{"x", -88.83}, {"v", -0.8}, {"x^3", -3000.0}, {"f", 1.0}});
     CAPTURE(samples, outcome.verdict, outcome.cause, joined(outcome.terms), outcome.message);

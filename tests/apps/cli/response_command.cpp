@@ -212,6 +212,11 @@ TEST_CASE("a sweep without frequencies is about those of the equation", "[apps][
   CHECK(found["remarks"].empty());
   const std::string svg = support::bytes_of(folder / "frc/frc.svg");
   CHECK_THAT(svg, Catch::Contains("amplitude of x (rad)") && !Catch::Contains("amplitude of y"));
+  for (const char* zero : {"from_hz=0", "to_hz=0", "step_hz=0"}) {  // is no setting left out
+    auto typed = arguments;
+    typed.set.push_back(zero);
+    check_fault([&] { (void)respond(typed); }, dsp::FaultKind::usage, "frc.option", {"from_hz"});
+  }
   arguments.set.push_back("to_hz=35");
   CHECK_THAT(respond(arguments)["remarks"].dump(), Catch::Contains("--set to_hz=52 shows more"));
   make_run(folder, {range_of("all", "a", {{"v", -0.8, 0.0}, {"f", 2.0, 0.0}})}, "t,x,v,a,f");
