@@ -30,10 +30,11 @@ EquationResponse respond(const ResponseArguments& arguments, Console& console) t
     refuse_sweep("--static-friction must not be negative, and needs an equation with sgn(v)");
   driven.oscillator.static_friction = result.static_friction;
   result.steps = read_final_steps(arguments.run);
-  result.sweep = sweep_of(arguments.set, driven, result.equation.largest_x, result.steps);
+  const auto [sweep, amplitude_measured] = sweep_of(arguments.set, driven, result.equation.largest_x, result.steps);
+  result.sweep = sweep;
   result.num_draws = arguments.num_draws;
-  result.amplitude_std =
-      driven.drive == ident::DriveKind::base ? result.equation.displacement_std : result.equation.force_std;
+  const bool is_base = driven.drive == ident::DriveKind::base;
+  if (amplitude_measured) result.amplitude_std = is_base ? result.equation.displacement_std : result.equation.force_std;
   result.seed = arguments.seed;
   result.steady = sim::steady_response(driven.oscillator, result.sweep, {.poll = poll});
   if (result.steady.response.up.empty() || result.steady.response.down.empty())
@@ -47,7 +48,7 @@ EquationResponse respond(const ResponseArguments& arguments, Console& console) t
                                           .seed = arguments.seed,
                                           .num_threads = arguments.num_threads,
                                           .static_friction = result.static_friction,
-                                          .amplitude_std = result.amplitude_std,
+                                          .amplitude_measured = amplitude_measured,
                                           .steady = {.poll = poll}});
   return result;
 } catch (const std::invalid_argument& error) {

@@ -47,10 +47,10 @@ std::pair<double, double> band_of(const std::optional<std::pair<double, double>>
 
 }  // namespace
 
-sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings,
-                                       const ident::EquationOscillator& driven, double largest_x,
-                                       const std::vector<StepPoint>& steps) {
-  sim::FrequencyResponseOptions sweep;
+Sweep sweep_of(const std::vector<std::string>& settings, const ident::EquationOscillator& driven, double largest_x,
+               const std::vector<StepPoint>& steps) {
+  Sweep result{.options = {}, .amplitude_measured = !steps.empty()};
+  sim::FrequencyResponseOptions& sweep = result.options;
   std::tie(sweep.from_hz, sweep.to_hz) = band_of(ident::free_frequencies_hz(driven.oscillator, largest_x), steps);
   sweep.step_hz = dsp::nan;  // no setting is
   const char* amplitude = driven.drive == ident::DriveKind::base ? "amplitude_mm" : "amplitude";
@@ -63,6 +63,7 @@ sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings,
   for (const auto& [name, value] : parse_settings(settings)) {
     const bool known = name == amplitude || name == "from_hz" || name == "to_hz" || name == "step_hz";
     if (!known) refuse_sweep(fmt::format("no setting \"{}\"; there are from_hz, to_hz, step_hz, {}", name, amplitude));
+    if (name == amplitude) result.amplitude_measured = false;
     if (name == "amplitude")
       sweep.amplitude_m = value, amplitude_given = true;
     else
@@ -76,7 +77,7 @@ sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings,
   if (!amplitude_given) refuse_sweep("the equation is driven by f: give its amplitude, --set amplitude=...");
   if (!(sweep.amplitude_m > 0.0))
     refuse_sweep(fmt::format("the amplitude must be positive, got {}", sweep.amplitude_m));
-  return sweep;
+  return result;
 }
 
 }  // namespace apps

@@ -11,12 +11,16 @@ namespace apps {
 /// Throws dsp::Fault (usage, "frc.option") that says why.
 [[noreturn]] void refuse_sweep(const std::string& why);
 
+struct Sweep {
+  sim::FrequencyResponseOptions options;
+  bool amplitude_measured = false;  ///< that of the record's steps
+};
+
 /// The sweep that settings of `ardent frc` ask for: from_hz, to_hz, step_hz, and amplitude_mm of the base, or amplitude
 /// where a force drives. Left out, the amplitude is that of the record's steps, if it has some; the frequencies are
 /// about those of free vibration up to `largest_x` and those of the steps. Throws dsp::Fault (usage, "frc.option"), and
 /// std::invalid_argument as parse_settings.
-[[nodiscard]] sim::FrequencyResponseOptions sweep_of(const std::vector<std::string>& settings,
-                                                     const ident::EquationOscillator& driven, double largest_x,
-                                                     const std::vector<StepPoint>& steps);
+[[nodiscard]] Sweep sweep_of(const std::vector<std::string>& settings, const ident::EquationOscillator& driven,
+                             double largest_x, const std::vector<StepPoint>& steps);
 
 }  // namespace apps

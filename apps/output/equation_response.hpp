@@ -22,7 +22,7 @@ struct EquationResponse {
   sim::SteadyResponse steady;
   ident::ResponseDraws draws;
   int num_draws = 0;
-  double amplitude_std = 0.0;  ///< relative, of the drive's
+  double amplitude_std = 0.0;  ///< relative, of the drive's, where it was measured
   std::uint64_t seed = 1;
   std::vector<StepPoint> steps;  ///< what the record itself came to
 };

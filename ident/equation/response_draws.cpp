@@ -56,11 +56,16 @@ ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::Freq
   std::vector<sim::SteadyResponse> responses(static_cast<std::size_t>(options.num_draws));
   dsp::for_each_index(responses.size(), options.num_threads, [&](std::size_t k) {
     auto driven = equation_oscillator(equation, drawn_coefficients(equation, options.seed, k));
-    driven.oscillator.static_friction = options.static_friction;
-    sim::FrequencyResponseOptions drawn = sweep;
     const auto behind_coefficients = static_cast<std::uint64_t>(equation.mean.size());
-    drawn.amplitude_m *= 1.0 + options.amplitude_std * sim::Noise(options.seed, k).normal(behind_coefficients);
+    const sim::Noise noise(options.seed, k);
+    const double length = 1.0 + equation.displacement_std * noise.normal(behind_coefficients);
+    const double force = 1.0 + equation.force_std * noise.normal(behind_coefficients + 1);
+    driven.oscillator.static_friction = options.static_friction * length;
+    sim::FrequencyResponseOptions drawn = sweep;
+    if (!options.amplitude_measured) drawn.amplitude_m *= driven.drive == DriveKind::base ? length : force;
     responses[k] = sim::steady_response(driven.oscillator, drawn, options.steady);
+    for (auto* way : {&responses[k].response.up, &responses[k].response.down})
+      for (sim::ResponsePoint& point : *way) point.x_m /= length, point.y_m /= length;
   });
   ResponseDraws draws;
   const std::size_t num_points = sim::sweep_frequencies(sweep).size();

@@ -32,12 +32,15 @@ struct DrawOptions {
   int num_draws = 40;
   std::uint64_t seed = 1;
   int num_threads = 1;
-  double static_friction = 0.0;
-  double amplitude_std = 0.0;      ///< relative, of the drive's, which sensors measured as far as they are calibrated
-  sim::SteadyOptions steady = {};  ///< its poll is called from every thread
+  double static_friction = 0.0;     ///< m/s^2, as it is
+  bool amplitude_measured = false;  ///< of the drive, by the sensors of the equation, whose calibration it shares
+  sim::SteadyOptions steady = {};   ///< its poll is called from every thread
 };
 
-/// Draw k is the same for any number of draws and threads. Throws as equation_oscillator.
+/// Calibration that all coefficients share is drawn with them: lengths and forces as they are, over those of the
+/// equation. Frequencies of what the sensors measured do not depend on it; its amplitudes do, and frequencies of what
+/// is given as it is: static friction, the amplitude of a drive. Draw k is the same for any number of draws and
+/// threads. Throws as equation_oscillator.
 [[nodiscard]] ResponseDraws response_draws(const IdentifiedEquation& equation,
                                            const sim::FrequencyResponseOptions& sweep, const DrawOptions& options);
 

@@ -292,7 +292,7 @@ Cause hiding_cause(const JudgedFit& fit) {
 NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
   const Explanations& tried = fit.explanations;
   const bool fails = found.by_run == Verdict::does_not;
-  if (fails && tried.exchanged) return {Cause::exchanged_roles};
+  if (fails && range.exchanged) return {Cause::exchanged_roles};
   if (leaves_out_recorded(fit, found)) return {tried.recorded->cause, tried.recorded};
   if (!found.biased.empty()) return {has_wide_band(fit.noise) ? Cause::wide_band : Cause::noise};
   if (imitates(fit)) return {tried.better->cause, tried.better};
@@ -311,7 +311,7 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
 }
 
 NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit) {
-  if (fit.explanations.exchanged) return {Cause::exchanged_roles};
+  if (range.exchanged) return {Cause::exchanged_roles};
   if (was_no_candidate(fit)) return {fit.explanations.recorded->cause, fit.explanations.recorded};
   if (is_driven(range, fit)) return {Cause::missing_input};
   const Findings found = findings_of(range, fit);

@@ -40,7 +40,7 @@ std::string explanation_clause(const Explanation& named) {
              : fmt::format("{} is no candidate and explains {} of what is left over", named.what, fraction);
 }
 
-std::string cause_clause(const JudgedFit& fit, const Findings& found, const NamedCause& why) {
+std::string cause_clause(const RangeResult& range, const JudgedFit& fit, const Findings& found, const NamedCause& why) {
   if (why.explanation) return explanation_clause(*why.explanation);
   switch (why.cause) {
     case Cause::missing_input:
@@ -65,7 +65,7 @@ std::string cause_clause(const JudgedFit& fit, const Findings& found, const Name
       return fmt::format(
           "what is called the base moves as a payload on what is called the payload would: all but {} of its "
           "acceleration follows from what is between them",
-          percent(fit.explanations.exchanged.value_or(0.0)));
+          percent(range.exchanged.value_or(0.0)));
     case Cause::switch_variable:
     case Cause::not_found:
       break;
@@ -228,6 +228,18 @@ void apply_rules(const Evidence& of, Judgement& result, std::vector<std::string>
   }
 }
 
+/// Nothing where the verdict needs none, or the clause of a rule that took it down is the cause.
+std::optional<NamedCause> cause_asked(const Evidence& of, const Judgement& result) {
+  if (result.verdict == Verdict::describes) return std::nullopt;
+  if (result.verdict == Verdict::undecided) {
+    const bool may_be_exchanged = of.range.exchanged && !of.range.orbit && of.found.above_noise;
+    return may_be_exchanged ? std::optional(NamedCause{Cause::exchanged_roles}) : std::nullopt;
+  }
+  const bool is_said = of.found.by_run == Verdict::describes &&
+                       std::all_of(result.rules.begin(), result.rules.end(), [](auto* rule) { return rule->is_cause; });
+  return is_said ? std::nullopt : std::optional(cause_of(of.range, of.fit, of.found));
+}
+
 Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range, std::size_t method,
                        const RangeResult* larger = nullptr) {
   const JudgedFit& fit = ranges[range].fits[method];
@@ -239,14 +251,11 @@ Judgement judgement_of(const std::vector<RangeResult>& ranges, std::size_t range
       of_recorded ? recorded_run_clause(*fit.recorded_run, of.found) : free_run_clause(fit.free_run, of.found),
       of_recorded ? std::string() : residual_clause(fit, of.found)};
   apply_rules(of, result, clauses);
-  const bool is_said = of.found.by_run == Verdict::describes &&
-                       std::all_of(result.rules.begin(), result.rules.end(), [](auto* rule) { return rule->is_cause; });
-  if (!is_said && (result.verdict == Verdict::in_part || result.verdict == Verdict::does_not)) {
-    const NamedCause why = cause_of(ranges[range], fit, of.found);
-    result.cause = why.cause;
-    result.named = why.explanation;
-    if (result.verdict == Verdict::does_not || why.cause != Cause::not_found)
-      clauses.push_back(cause_clause(fit, of.found, why));
+  if (const std::optional<NamedCause> why = cause_asked(of, result)) {
+    result.cause = why->cause;
+    result.named = why->explanation;
+    if (result.verdict == Verdict::does_not || why->cause != Cause::not_found)
+      clauses.push_back(cause_clause(of.range, fit, of.found, *why));
   }
   std::erase_if(clauses, [](const std::string& clause) { return clause.empty(); });
   result.sentence = fmt::format("{}: {}.", opening(result.verdict), fmt::join(clauses, "; "));

@@ -372,33 +372,6 @@ struct Residual {
   }
 };
 
-/// As Explanations::exchanged. The other reading has a term less: in the right one x'' cannot be left out, but for a
-/// sine, of which both leave nothing but noise.
-std::optional<double> exchanged_fraction(const Model& model, const std::vector<Row>& rows,
-                                         const std::vector<Columns>& recordings) {
-  constexpr double much_less = 0.25, most_of_it = 0.5;
-  if (model.target != "a" || recordings[rows.front().recording].signals->find("ddr") == nullptr) return std::nullopt;
-  const std::vector<std::string> terms{"1", "x", "v", "x^3", "sgn(v)", "ddr", "a"};
-  constexpr Index of_base = 5, of_target = 6;
-  constexpr std::size_t enough = 4096;
-  std::vector<Row> some;
-  for (std::size_t i = 0; i < rows.size(); i += 1 + rows.size() / enough) some.push_back(rows[i]);
-  MatrixXd all(std::ssize(some), std::ssize(terms));
-  for (Index k = 0; k < all.cols(); ++k) {
-    const MatrixXd series = on_rows(
-        probe_of(terms[static_cast<std::size_t>(k)], Cause::exchanged_roles, true, model.target), some, recordings);
-    if (series.cols() != 1 || !series.allFinite()) return std::nullopt;
-    all.col(k) = series.col(0);
-  }
-  if (all.rows() <= all.cols()) return std::nullopt;
-  const double power = (all.col(of_base).array() - all.col(of_base).mean()).square().sum();
-  const MatrixXd R = dsp::Qr(std::move(all)).triangle();
-  const double left = R(of_base, of_base) * R(of_base, of_base);
-  if (!(left < much_less * R(of_target, of_target) * R(of_target, of_target) && left < most_of_it * power))
-    return std::nullopt;
-  return left / power;
-}
-
 }  // namespace
 
 Explanations explanations(const Model& model, const std::vector<std::string>& terms,
@@ -415,12 +388,7 @@ Explanations explanations(const Model& model, const std::vector<std::string>& te
   std::vector<Probe> all = recorded;
   all.insert(all.end(), forms.begin(), forms.end());
   const auto [at_motion, may_lack] = left.at_motion(all, left_out);
-  return {left.best_of(recorded),
-          left.best_of(forms),
-          left.better(forms),
-          at_motion,
-          exchanged_fraction(model, rows, recordings),
-          may_lack};
+  return {left.best_of(recorded), left.best_of(forms), left.better(forms), at_motion, may_lack};
 }
 
 }  // namespace ident

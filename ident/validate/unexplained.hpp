@@ -33,10 +33,6 @@ struct Explanations {
   /// A recorded signal, one of these forms or a candidate that was not taken, of which the residual has more at the
   /// frequencies of the motion than noise has of any of them by chance (MotionScore::Score::gain).
   std::optional<Explanation> at_motion;
-  /// Of x = y - r: springs, dampers and friction between the two (x, v, x^3, sgn(v)) leave a fraction of the base's
-  /// acceleration, as if r were the payload, that is below a quarter of what they and the base's acceleration leave of
-  /// x''. Nothing where it is not.
-  std::optional<double> exchanged;
   /// So it has, or that is in doubt: of that one alone noise has as much once in a hundred.
   bool may_lack_at_motion = false;
 };
