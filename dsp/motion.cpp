@@ -248,15 +248,25 @@ const VectorXd& Motion::at(std::string_view name) const& {
   throw std::invalid_argument("no signal '" + std::string(name) + "'; there are " + known);
 }
 
+namespace {
+/// What is left of a sine whose values are held: the mean of so many equal steps of its phase. 1 above half the own
+/// rate, where there are but its images.
+double gain_of_hold(double f, const Channel& channel) {
+  const double half_turn = std::numbers::pi * f * channel.hold_s;
+  if (!(half_turn > 0.0) || half_turn > 0.5 * std::numbers::pi) return 1.0;
+  return std::sin(half_turn) / (channel.hold_samples * std::sin(half_turn / channel.hold_samples));
+}
+}  // namespace
+
 void remove_delays(Recording& recording, const ExtensionOptions& extension) {
   for (std::size_t c = 0; c < recording.channels.size(); ++c) {
-    double& delay_s = recording.channels[c].delay_s;
-    if (delay_s == 0.0) continue;
+    Channel& channel = recording.channels[c];
+    if (channel.delay_s == 0.0 && channel.hold_s == 0.0) continue;
     auto samples = recording.samples.col(static_cast<Index>(c));
     samples = ExtendedSpectrum(samples, recording.sample_rate_hz, extension).filtered([&](double f) {
-      return std::polar(1.0, 2.0 * std::numbers::pi * f * delay_s);
+      return std::polar(1.0 / gain_of_hold(f, channel), two_pi * f * channel.delay_s);
     });
-    delay_s = 0.0;
+    channel.delay_s = channel.hold_s = 0.0;
   }
 }
 

@@ -21,6 +21,7 @@ struct Channel {
   int body = 0;                     ///< of several bodies with motions of their own which, from 1; 0: there is one
   bool role_is_assumed = false;     ///< by its name
   int hold_samples = 1;             ///< each value stands for so many samples: the sensor is slower than the clock
+  double hold_s = 0.0;              ///< for so long; 0: what that does to a sine is taken out (remove_delays)
 };
 
 /// An interval of a recording that must not be used, in seconds from its first sample.

@@ -38,6 +38,7 @@ struct Explanation {
   bool is_term = true;      ///< a library can have it; else `what` is said in words
   /// Kept terms that only imitate it: an equation that has it in their place has the better evidence.
   std::vector<std::string> instead_of = {};
+  std::vector<std::string> parts = {};  ///< terms that a library has in its place; empty: it is one
 };
 
 struct VerdictRule;  // validate/verdict_rules.hpp

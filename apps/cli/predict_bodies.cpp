@@ -79,8 +79,8 @@ Prediction predicted(const ident::BodiesModel& model, ident::BodiesRecord given,
           state[i] = record.input_samples(0, j);
   }
   const Index n = record.input_samples.rows() - prediction.first;
-  prediction.positions =
-      ident::run_free(model, record.input_samples.bottomRows(n), record.sample_rate_hz, state, scale);
+  prediction.positions = ident::run_free(model, record.input_samples.bottomRows(n), record.sample_rate_hz, state, scale,
+                                         static_cast<double>(prediction.first) / record.sample_rate_hz);
   prediction.nmse = ident::errors_of_run(record, prediction.positions, prediction.first, prediction.counted).nmse;
   return prediction;
 }

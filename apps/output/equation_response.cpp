@@ -78,7 +78,7 @@ std::vector<std::string> remarks_of(const EquationResponse& result) {
   if (peak_hz == last_hz && !std::isfinite(result.steady.diverged_hz))
     remarks.push_back(
         fmt::format("the amplitude is largest where the sweep up ends: --set to_hz={:.2g} shows more", 1.5 * last_hz));
-  if (peak_hz == first_hz)
+  if (peak_hz == first_hz && sim::peak(response.up).x_m > 0.0)
     remarks.push_back(fmt::format("the amplitude is largest where the sweep begins: --set from_hz={:.2g} shows more",
                                   first_hz / 1.5));
   if (result.steady.num_unsettled > 0)
@@ -162,7 +162,7 @@ std::string response_text(const EquationResponse& result) {
   if (!result.equation.coordinates.empty()) text += "\n" + result.equation.coordinates;
   text += fmt::format("\n{}{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients, seed {}\n\n",
                       result.drive == ident::DriveKind::base
-                          ? fmt::format("base motion of {:g} mm", 1e3 * sweep.amplitude_m)
+                          ? fmt::format("base motion of {:g} {}", unit.factor * sweep.amplitude_m, unit.name)
                           : fmt::format("f of amplitude {:g}", sweep.amplitude_m),
                       result.amplitude_std > 0.0 ? fmt::format(" within {:.2g} %", 100.0 * result.amplitude_std) : "",
                       sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws, result.seed);

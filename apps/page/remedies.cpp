@@ -141,7 +141,7 @@ Remedy with_explanation(const Config& config, const ident::Explanation& explanat
                                   : fmt::format(" without {}", fmt::join(explanation.instead_of, " and "));
   return {fmt::format("{} explains {:.0f} % of the power of the residual{}. In the config:", explanation.what,
                       100.0 * explanation.fraction, without),
-          with_terms(config, {explanation.what})};
+          with_terms(config, explanation.parts.empty() ? std::vector{explanation.what} : explanation.parts)};
 }
 
 /// A candidate that was not taken, because noise drowns it: in a narrower band there is less of that.
@@ -270,7 +270,9 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
       found.push_back(of_late_input(results));
       break;
     case ident::Cause::exchanged_roles:
-      found.push_back(of_exchanged(results.inputs.front()));
+      for (std::size_t i = 0; i < results.inputs.size(); ++i)
+        if (range.recording == 0 || range.recording == static_cast<int>(i) + 1)
+          found.push_back(of_exchanged(results.inputs[i]));
       break;
     case ident::Cause::noise:
     case ident::Cause::not_found:

@@ -83,15 +83,20 @@ Recording IntermediateRecorder::finish() {
   return std::move(recording_);
 }
 
-// A value is that of its first sample. Held for all of them its sines come half of the others late.
+// A value is that of its first sample. Held for all of them its sines come half of the others late. What acts from
+// outside may well act in steps.
 void IntermediateRecorder::take_held(Channel& channel, int samples) {
   const double late_s = 0.5 * (samples - 1) / input_rate_hz_, rate_hz = input_rate_hz_ / samples;
-  channel.hold_samples = samples;
   std::string what = fmt::format("each value stands for {} samples: its own rate is {:.6g} Hz", samples, rate_hz);
-  if (channel.delay_s == 0.0) {
-    channel.delay_s = late_s;
-    what +=
-        fmt::format(", and it is taken {:.3g} s earlier, the middle of them. A stated delay takes its place", late_s);
+  if (info_of(channel.role).body == Body::none) {
+    what += fmt::format(
+        ", and it is taken to act in such steps. If only its sensor is as slow, say so: delay = \"{:.3g} ms\"",
+        1e3 * late_s);
+  } else {
+    channel.hold_samples = samples;
+    channel.hold_s = samples / input_rate_hz_;
+    channel.delay_s += late_s;
+    what += fmt::format(", and it is taken {:.3g} s earlier, the middle of them, beside a stated delay", late_s);
   }
   recording_.checks.push_back({"sample.slow", channel.name, CheckStatus::note, rate_hz, input_rate_hz_, what});
 }

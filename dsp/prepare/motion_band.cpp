@@ -229,26 +229,29 @@ MotionBand band_of_segments(RecordingReader reader, const MotionSource& source, 
   RawSpectrum spectrum(rate_hz / static_cast<double>(num_means), 1, static_cast<Index>(reader.num_frames()) / num_means,
                        most_segments, segment_s);
   Means means(num_means);
-  HoldLength hold;
+  HoldLength of_plus, of_minus;
   FrameBlock block;
   for (;;) {
     if (const Index idle = spectrum.num_idle(); num_means == 1 && idle > 0) {
       const Index skipped = reader.skip(idle);
       spectrum.skip(skipped);
-      hold.restart();
+      of_plus.restart(), of_minus.restart();
       if (skipped < idle) break;
       continue;
     }
     if (reader.read(block, frames_at_once) == 0) break;
     VectorXd motion = block.col(source.plus);
-    for (const double value : motion) hold.push(value);
-    if (source.minus >= 0) motion -= block.col(source.minus);
+    for (const double value : motion) of_plus.push(value);
+    if (source.minus >= 0) {
+      for (Index i = 0; i < block.rows(); ++i) of_minus.push(block(i, source.minus));
+      motion -= block.col(source.minus);
+    }
     if (num_means > 1) motion = means.push(motion);
     spectrum.push(motion);
   }
   const Eigen::MatrixXd power = spectrum.power();
   if (power.rows() == 0) return {};
-  const int hold_samples = hold.samples();
+  const int hold_samples = std::max(of_plus.samples(), of_minus.samples());
   MotionBand band =
       motion_band(source.signal, source.order,
                   below_own_nyquist(power.col(0), spectrum.bin_hz(), rate_hz, hold_samples), spectrum.bin_hz());

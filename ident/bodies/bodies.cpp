@@ -294,7 +294,8 @@ std::optional<BodiesRun> run_behind(const Choice& choice, const BodiesModel& mod
   const Index n = record.num_bodies;
   const double scale = record.samples.leftCols(n).cwiseAbs().maxCoeff();
   const Eigen::MatrixXd positions =
-      run_free(model, record.input_samples.middleRows(begin, end - begin), record.sample_rate_hz, state, scale);
+      run_free(model, record.input_samples.middleRows(begin, end - begin), record.sample_rate_hz, state, scale,
+               static_cast<double>(begin - record.parts[part].rows.first) / record.sample_rate_hz);
   BodiesRun run{.part = part, .samples = {behind, end}, .positions = positions.bottomRows(end - behind)};
   run.errors = errors_of_run(record, run.positions, behind, behind);
   return run;

@@ -120,9 +120,9 @@ struct BodiesResult {
 [[nodiscard]] BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options);
 
 /// Equations run free over samples of inputs from a state (x1, v1, x2, v2 ... z of sample `first`): displacements of
-/// first, first + 1 ..., NaN from where one leaves 1e6 times `scale`.
+/// first, first + 1 ..., NaN from where one leaves 1e6 times `scale`. `begin_s`: t of the first.
 [[nodiscard]] Eigen::MatrixXd run_free(const BodiesModel& model, const Eigen::MatrixXd& inputs, double sample_rate_hz,
-                                       const std::vector<double>& state, double scale);
+                                       const std::vector<double>& state, double scale, double begin_s = 0.0);
 
 /// Of a run from sample `first` at the usable samples from `from` on.
 [[nodiscard]] RunErrors errors_of_run(const BodiesRecord& record, const Eigen::MatrixXd& positions, Eigen::Index first,

@@ -28,13 +28,13 @@ int parts_of(const BodiesModel& model, double sample_rate_hz) {
 }  // namespace
 
 MatrixXd run_free(const BodiesModel& model, const MatrixXd& inputs, double sample_rate_hz,
-                  const std::vector<double>& state, double scale) {
+                  const std::vector<double>& state, double scale, double begin_s) {
   constexpr double far_away = 1e6;
   const std::vector<double> known(model.mean.begin(), model.mean.end());
   const state_space::Problem problem{
       .equations = equations_of(model.layout, model.terms, known), .channels = {}, .records = {}};
   const state_space::Model compiled(problem);
-  const state_space::Inputs between(inputs, inputs.rows(), sample_rate_hz);
+  const state_space::Inputs between(inputs, inputs.rows(), sample_rate_hz, begin_s);
   state_space::Stepper stepper(compiled, {}, 1.0 / sample_rate_hz, parts_of(model, sample_rate_hz));
   MatrixXd positions = MatrixXd::Constant(inputs.rows(), model.layout.num_bodies, dsp::nan);
   std::vector<double> now = state, next(state.size());

@@ -29,7 +29,7 @@ Loop loop_of(const BodiesModel& model, const MatrixXd& states, const state_space
     for (Index i = 0; i < inner; ++i) *rates.state(static_cast<int>(i)) = states(i, k);
     *rates.state(static_cast<int>(inner)) = 0.0;
     for (Index i = 0; i < record.inputs.cols(); ++i) *rates.input(static_cast<int>(i)) = record.inputs(k, i);
-    *rates.input(static_cast<int>(record.inputs.cols())) = static_cast<double>(k) / sample_rate_hz;
+    *rates.input(static_cast<int>(record.inputs.cols())) = record.begin_s + static_cast<double>(k) / sample_rate_hz;
     rates.evaluate({});  // for the values of the switches, which say their sides
     for (int i = 0; i < compiled.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
     rates.evaluate({});

@@ -43,9 +43,14 @@ state_space::Channel channel_of(const dsp::Channel& recorded, bool is_measure) {
 
 void take_pieces(state_space::Problem& problem, const BodiesRecord& record, const std::vector<Piece>& pieces) {
   problem.records.clear();
-  for (const Piece& piece : pieces)
-    problem.records.push_back({record.samples.middleRows(piece.first, piece.size()),
-                               record.input_samples.middleRows(piece.first, piece.size())});
+  for (const Piece& piece : pieces) {
+    Index since = piece.first;
+    for (const BodiesPart& part : record.parts)
+      if (part.rows.first <= piece.first) since = piece.first - part.rows.first;
+    problem.records.push_back({.channels = record.samples.middleRows(piece.first, piece.size()),
+                               .inputs = record.input_samples.middleRows(piece.first, piece.size()),
+                               .begin_s = static_cast<double>(since) / record.sample_rate_hz});
+  }
   std::vector<size_t> recordings;
   for (const Piece& piece : pieces) recordings.push_back(piece.recording);
   state_space::tell_noise_apart(problem, recordings);

@@ -110,13 +110,21 @@ std::optional<std::pair<double, double>> free_frequencies_hz(const sim::DrivenOs
                                                              double largest_x) {
   constexpr int num_amplitudes = 20;
   std::optional<std::pair<double, double>> found;
+  const auto add = [&](double stiffness) {
+    const double hz = std::sqrt(stiffness) / dsp::two_pi;
+    if (!(hz > 0.0) || !std::isfinite(hz)) return;
+    found = found ? std::pair(std::min(found->first, hz), std::max(found->second, hz)) : std::pair(hz, hz);
+  };
   for (int i = 1; i <= num_amplitudes; ++i) {
     const double place = std::sqrt(0.75) * largest_x * i / num_amplitudes;
     const double pull = oscillator.acceleration({}, -place, 0.0, 0.0) - oscillator.acceleration({}, place, 0.0, 0.0);
-    const double hz = std::sqrt(pull / (2.0 * place)) / dsp::two_pi;
-    if (!(hz > 0.0) || !std::isfinite(hz)) continue;
-    if (!found) found = {hz, hz};
-    found = {std::min(found->first, hz), std::max(found->second, hz)};
+    add(pull / (2.0 * place));
+  }
+  const double step = largest_x / num_amplitudes;
+  for (int i = -num_amplitudes; i < num_amplitudes; ++i) {  // where it rests
+    const double before = oscillator.acceleration({}, i * step, 0.0, 0.0),
+                 behind = oscillator.acceleration({}, (i + 1) * step, 0.0, 0.0);
+    if (before >= 0.0 && behind < 0.0) add((before - behind) / step);
   }
   return found;
 }

@@ -25,8 +25,8 @@ struct EquationOscillator {
                                                      const Eigen::VectorXd& coefficients);
 
 /// Frequencies of free vibration in Hz, lowest and highest over its amplitudes up to `largest_x`, by the first harmonic
-/// of the restoring force: that of its secant at sqrt(3) / 2 of the amplitude, exact to the third degree. None where
-/// nothing pulls back.
+/// of the restoring force: that of its secant at sqrt(3) / 2 of the amplitude, exact to the third degree; and of small
+/// ones where it rests between -largest_x and largest_x. None where nothing pulls back.
 [[nodiscard]] std::optional<std::pair<double, double>> free_frequencies_hz(const sim::DrivenOscillator& oscillator,
                                                                            double largest_x);
 

@@ -58,8 +58,8 @@ ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::Freq
     auto driven = equation_oscillator(equation, drawn_coefficients(equation, options.seed, k));
     const auto behind_coefficients = static_cast<std::uint64_t>(equation.mean.size());
     const sim::Noise noise(options.seed, k);
-    const double length = 1.0 + equation.displacement_std * noise.normal(behind_coefficients);
-    const double force = 1.0 + equation.force_std * noise.normal(behind_coefficients + 1);
+    const double length = std::exp(equation.displacement_std * noise.normal(behind_coefficients));
+    const double force = std::exp(equation.force_std * noise.normal(behind_coefficients + 1));
     driven.oscillator.static_friction = options.static_friction * length;
     sim::FrequencyResponseOptions drawn = sweep;
     if (!options.amplitude_measured) drawn.amplitude_m *= driven.drive == DriveKind::base ? length : force;

@@ -37,8 +37,8 @@ struct DrawOptions {
   sim::SteadyOptions steady = {};   ///< its poll is called from every thread
 };
 
-/// Calibration that all coefficients share is drawn with them: lengths and forces as they are, over those of the
-/// equation. Frequencies of what the sensors measured do not depend on it; its amplitudes do, and frequencies of what
+/// Calibration that all coefficients share is drawn with them: lengths and forces of the equation, over what
+/// they are. Frequencies of what the sensors measured do not depend on it; its amplitudes do, and frequencies of what
 /// is given as it is: static friction, the amplitude of a drive. Draw k is the same for any number of draws and
 /// threads. Throws as equation_oscillator.
 [[nodiscard]] ResponseDraws response_draws(const IdentifiedEquation& equation,

@@ -135,6 +135,7 @@ state_space::Record record_of(const Piece& piece, const Columns& columns, const 
   }
   for (Index j = 0; j < std::ssize(inputs); ++j) record.inputs.col(j) = inputs[static_cast<size_t>(j)];
   set_missing(record.channels, piece, recorded);
+  record.begin_s = static_cast<double>(piece.first) / recorded.sample_rate_hz;
   return record;
 }
 

@@ -60,8 +60,11 @@ double continued(const Eigen::VectorXd& values, Index end, Index inwards, int be
 
 }  // namespace
 
-Inputs::Inputs(const Eigen::MatrixXd& samples, Index num_samples, double sample_rate_hz)
-    : num_samples_(num_samples), num_inputs_(static_cast<int>(samples.cols())), sample_rate_hz_(sample_rate_hz) {
+Inputs::Inputs(const Eigen::MatrixXd& samples, Index num_samples, double sample_rate_hz, double begin_s)
+    : num_samples_(num_samples),
+      num_inputs_(static_cast<int>(samples.cols())),
+      sample_rate_hz_(sample_rate_hz),
+      begin_s_(begin_s) {
   const auto width = static_cast<std::size_t>(num_inputs_);
   padded_.assign(static_cast<std::size_t>(num_samples * fine + points) * width, 0.0);
   std::array<std::array<double, 2 * reach>, fine> inside{};
@@ -116,7 +119,7 @@ void Inputs::at(Index k, const Place& place, double* values, double* rates, int 
     values[u * apart] = value;
     if (rates != nullptr) rates[u * apart] = rate * fine * sample_rate_hz_;
   }
-  values[num_inputs_ * apart] = (static_cast<double>(k) + place.fraction) / sample_rate_hz_;
+  values[num_inputs_ * apart] = begin_s_ + (static_cast<double>(k) + place.fraction) / sample_rate_hz_;
   if (rates != nullptr) rates[num_inputs_ * apart] = 1.0;
 }
 

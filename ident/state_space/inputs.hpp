@@ -11,8 +11,8 @@ namespace ident::state_space {
 /// continued by the cubic through the last four.
 class Inputs {
  public:
-  /// `samples`: samples x inputs, 4 rows at least.
-  Inputs(const Eigen::MatrixXd& samples, Eigen::Index num_samples, double sample_rate_hz);
+  /// `samples`: samples x inputs, 4 rows at least; `begin_s`: t of the first.
+  Inputs(const Eigen::MatrixXd& samples, Eigen::Index num_samples, double sample_rate_hz, double begin_s = 0.0);
   /// What the values on the finer grid about sample k count for at k + fraction, 0 <= fraction <= 1, and in the slope.
   struct Place {
     explicit Place(double fraction);
@@ -27,7 +27,7 @@ class Inputs {
  private:
   Eigen::Index num_samples_;
   int num_inputs_;
-  double sample_rate_hz_;
+  double sample_rate_hz_, begin_s_;
   std::vector<double> padded_;  ///< row after row of the finer grid, from two of its rows before the record
 };
 

@@ -62,7 +62,7 @@ struct Output {
 Linearisation::Linearisation(const Problem& problem)
     : problem_(sound(problem)), model_(problem_), priors_(priors_of(problem_)) {
   for (const Record& record : problem_.records)
-    inputs_.emplace_back(record.inputs, record.channels.rows(), problem_.sample_rate_hz);
+    inputs_.emplace_back(record.inputs, record.channels.rows(), problem_.sample_rate_hz, record.begin_s);
   for (const Channel& channel : problem_.channels)
     looks_at_rates_ = looks_at_rates_ || channel.rate || channel.lag_s.mean != 0.0 || channel.lag_s.std > 0.0;
 }

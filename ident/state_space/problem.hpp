@@ -64,6 +64,7 @@ struct Record {
   Eigen::MatrixXd channels;                ///< samples x channels; NaN: missing
   Eigen::MatrixXd inputs;                  ///< samples x inputs
   std::vector<double> noise_factors = {};  ///< of each channel's noise in this record; empty, or fewer: 1
+  double begin_s = 0.0;                    ///< t of the first sample
   [[nodiscard]] double noise_factor(std::size_t channel) const {
     return channel < noise_factors.size() ? noise_factors[channel] : 1.0;
   }

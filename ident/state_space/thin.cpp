@@ -90,7 +90,10 @@ Problem thinned(Problem problem, Index factor) {
   constexpr Index fewest = 16;  // of a piece: less says nothing but where it begins
   std::erase_if(problem.records,
                 [&](const Record& record) { return (record.channels.rows() - 1) / factor + 1 < fewest + 2 * of_ends; });
-  for (Record& record : problem.records) thin(record.channels), thin(record.inputs);
+  for (Record& record : problem.records) {
+    thin(record.channels), thin(record.inputs);
+    record.begin_s += static_cast<double>(of_ends) / rate_hz;
+  }
   for (double& std : problem.input_noise_std) std /= std::sqrt(static_cast<double>(factor));
   problem.sample_rate_hz = rate_hz;
   problem.steps = static_cast<int>((factor + 1) / 2);  // the motion is smooth, its equation may be stiffer

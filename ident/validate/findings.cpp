@@ -292,7 +292,6 @@ Cause hiding_cause(const JudgedFit& fit) {
 NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findings& found) {
   const Explanations& tried = fit.explanations;
   const bool fails = found.by_run == Verdict::does_not;
-  if (fails && range.exchanged) return {Cause::exchanged_roles};
   if (leaves_out_recorded(fit, found)) return {tried.recorded->cause, tried.recorded};
   if (!found.biased.empty()) return {has_wide_band(fit.noise) ? Cause::wide_band : Cause::noise};
   if (imitates(fit)) return {tried.better->cause, tried.better};

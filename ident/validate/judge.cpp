@@ -40,6 +40,13 @@ std::string explanation_clause(const Explanation& named) {
              : fmt::format("{} is no candidate and explains {} of what is left over", named.what, fraction);
 }
 
+std::string exchanged_clause(const RangeResult& range) {
+  return fmt::format(
+      "what is called the base moves as a payload on what is called the payload would: all but {} of its acceleration "
+      "follows from what is between them",
+      percent(range.exchanged.value_or(0.0)));
+}
+
 std::string cause_clause(const RangeResult& range, const JudgedFit& fit, const Findings& found, const NamedCause& why) {
   if (why.explanation) return explanation_clause(*why.explanation);
   switch (why.cause) {
@@ -62,10 +69,7 @@ std::string cause_clause(const RangeResult& range, const JudgedFit& fit, const F
           "delay; an actuator with a lag would make it so",
           lateness_s(fit).value_or(0.0));
     case Cause::exchanged_roles:
-      return fmt::format(
-          "what is called the base moves as a payload on what is called the payload would: all but {} of its "
-          "acceleration follows from what is between them",
-          percent(range.exchanged.value_or(0.0)));
+      return exchanged_clause(range);
     case Cause::switch_variable:
     case Cause::not_found:
       break;
@@ -201,7 +205,9 @@ void remark_on_terms(const JudgedFit& fit, std::vector<std::string>& remarks) {
 Judgement judgement_of_none(const RangeResult& range, const JudgedFit& fit) {
   std::string text = "No equation was found: no candidate term explains more than noise";
   const NamedCause why = cause_of_none(range, fit);
-  if (why.explanation)
+  if (why.cause == Cause::exchanged_roles)
+    text += "; " + exchanged_clause(range);
+  else if (why.explanation)
     text += fmt::format("; {} is not among them and explains {} of {}", why.explanation->what,
                         percent(why.explanation->fraction), fit.model.target);
   else if (why.cause == Cause::missing_input)
@@ -231,10 +237,9 @@ void apply_rules(const Evidence& of, Judgement& result, std::vector<std::string>
 /// Nothing where the verdict needs none, or the clause of a rule that took it down is the cause.
 std::optional<NamedCause> cause_asked(const Evidence& of, const Judgement& result) {
   if (result.verdict == Verdict::describes) return std::nullopt;
-  if (result.verdict == Verdict::undecided) {
-    const bool may_be_exchanged = of.range.exchanged && !of.range.orbit && of.found.above_noise;
-    return may_be_exchanged ? std::optional(NamedCause{Cause::exchanged_roles}) : std::nullopt;
-  }
+  if (of.range.exchanged && (result.verdict == Verdict::does_not || of.found.above_noise))
+    return NamedCause{Cause::exchanged_roles};
+  if (result.verdict == Verdict::undecided) return std::nullopt;
   const bool is_said = of.found.by_run == Verdict::describes &&
                        std::all_of(result.rules.begin(), result.rules.end(), [](auto* rule) { return rule->is_cause; });
   return is_said ? std::nullopt : std::optional(cause_of(of.range, of.fit, of.found));

@@ -307,6 +307,8 @@ void judge_doubts(JudgedFit& judged, const RangeData& range, const RangeResult& 
     const std::optional<Explanation>& missing = result.likelihood.missing;
     (missing && missing->is_recorded ? judged.explanations.recorded : judged.explanations.better) = missing;
     if (!result.likelihood.has_unexplained()) return;
+    judged.explanations.form = swing_of(judged.model, result.terms, kept, result.rows.train, recordings, residual,
+                                        *range.independence, options.poll);
     judged.band = band_split(judged.model, judged.fit.relevant, result.rows.train, recordings, residual, options.poll);
     return;
   }

@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "dsp/constants.hpp"
 #include "dsp/linear.hpp"
 #include "dsp/signals.hpp"
 #include "ident/columns/rows_of_terms.hpp"
@@ -16,6 +17,7 @@
 #include "ident/selection/best_subsets.hpp"
 #include "ident/selection/ranked_models.hpp"
 #include "ident/validate/independent_rows.hpp"
+#include "ident/validate/modulation.hpp"
 #include "ident/validate/motion_score.hpp"
 
 namespace ident {
@@ -153,6 +155,21 @@ MatrixXd on_rows(const Probe& probe, const std::vector<Row>& rows, const std::ve
   return result;
 }
 
+/// A stiffness that follows a clock.
+Probe swing_probe(double rad_s) {
+  Explanation as;
+  as.parts = {fmt::format("x*cos({:.7g}*t)", rad_s), fmt::format("x*sin({:.7g}*t)", rad_s)};
+  as.what = fmt::format("{} with {}", as.parts[0], as.parts[1]);
+  as.cause = Cause::missing_term;
+  as.is_recorded = false;
+  return {as, {"x", "t"}, std::ssize(as.parts), [rad_s](const Columns& of) {
+            const Eigen::ArrayXd x = of.signals->at("x").array(), angle = rad_s * of.signals->at("t").array();
+            MatrixXd series(x.size(), 2);
+            series << x * angle.cos(), x * angle.sin();
+            return series;
+          }};
+}
+
 /// What the kept columns have of series: products with an orthonormal basis of them.
 MatrixXd part_in_kept(const Eigen::Ref<const MatrixXd>& values, const Model& model, const RFactor& kept,
                       const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
@@ -260,6 +277,26 @@ struct Residual {
     return gain > undecided_evidence + (std::ssize(instead) > k ? std::log(n) : 0.0);
   }
 
+  /// The stiffness that follows a clock, whose frequency is the one at which it explains most beside the kept terms.
+  [[nodiscard]] std::vector<Probe> swing() const {
+    const std::optional<double> about = modulation_rad_s(values, rows, recordings);
+    if (!about) return {};
+    constexpr int thirds = 25;  // to 1e-5 of a spectral line
+    const dsp::Motion& motion = *recordings[rows.front().recording].signals;
+    const double line =
+        dsp::two_pi * motion.sample_rate_hz / static_cast<double>(rows.back().sample - rows.front().sample + 1);
+    double low = *about - 0.5 * line, high = *about + 0.5 * line;
+    for (int k = 0; k < thirds; ++k) {
+      if (poll) poll();
+      const double a = (2.0 * low + high) / 3.0, b = (low + 2.0 * high) / 3.0;
+      if (part_of(swing_probe(a)).second < part_of(swing_probe(b)).second)
+        low = a;
+      else
+        high = b;
+    }
+    return {swing_probe(0.5 * (low + high))};
+  }
+
  private:
   struct Equation {
     std::vector<std::string> without;               ///< kept terms
@@ -340,7 +377,8 @@ struct Residual {
     double fraction = 0.0, adjusted = 0.0;  ///< for the number of series
     double chance = 1.0;
   };
-  [[nodiscard]] Explained explained_by(const Probe& of) const {
+  /// What series of the form explain, and the fraction of the residual's power.
+  [[nodiscard]] std::pair<VectorXd, double> part_of(const Probe& of) const {
     MatrixXd probe = on_rows(of, rows, recordings);
     if (probe.size() == 0 || !probe.allFinite()) return {};
     probe.rowwise() -= probe.colwise().mean();
@@ -351,9 +389,13 @@ struct Residual {
     const VectorXd product = probe.transpose() * values - probe_in_kept.transpose() * in_kept;
     if (!(power.diagonal().minCoeff() > rounding)) return {};
     const VectorXd coefficients = dsp::solve_symmetric(power, product);
-    const double fraction = std::clamp(product.dot(coefficients) / values.squaredNorm(), 0.0, 1.0);
-    const double independent =
-        static_cast<double>(values.size()) * independence.fraction_beside(autocorrelation, probe * coefficients);
+    return {probe * coefficients, std::clamp(product.dot(coefficients) / values.squaredNorm(), 0.0, 1.0)};
+  }
+
+  [[nodiscard]] Explained explained_by(const Probe& of) const {
+    const auto [part, fraction] = part_of(of);
+    if (part.size() == 0) return {};
+    const double independent = static_cast<double>(values.size()) * independence.fraction_beside(autocorrelation, part);
     const double spare = std::max(1.0, independent - 1.0 - static_cast<double>(of.num_series));
     return {fraction, 1.0 - (1.0 - fraction) * std::max(1.0, independent - 1.0) / spare,
             chance_of(fraction, of.num_series, independent)};
@@ -380,8 +422,9 @@ Explanations explanations(const Model& model, const std::vector<std::string>& te
                           const IndependentRows& independence, const Poll& poll) {
   const dsp::Motion& motion = *recordings[rows.front().recording].signals;
   std::vector<Probe> recorded = recorded_probes(model, terms, motion);
-  const std::vector<Probe> forms = form_probes(model.target, terms, motion, rows, recordings);
   const Residual left{model, terms, kept, rows, recordings, residual, independence, poll};
+  std::vector<Probe> forms = form_probes(model.target, terms, motion, rows, recordings);
+  for (const Probe& swing : left.swing()) forms.push_back(swing);
   std::erase_if(recorded, [&](const Probe& probe) {
     return probe.as.cause == Cause::switch_variable && !left.takes_place_of_other(probe);
   });
@@ -389,6 +432,14 @@ Explanations explanations(const Model& model, const std::vector<std::string>& te
   all.insert(all.end(), forms.begin(), forms.end());
   const auto [at_motion, may_lack] = left.at_motion(all, left_out);
   return {left.best_of(recorded), left.best_of(forms), left.better(forms), at_motion, may_lack};
+}
+
+std::optional<Explanation> swing_of(const Model& model, const std::vector<std::string>& terms, const RFactor& kept,
+                                    const std::vector<Row>& rows, const std::vector<Columns>& recordings,
+                                    const Eigen::Ref<const VectorXd>& residual, const IndependentRows& independence,
+                                    const Poll& poll) {
+  const Residual left{model, terms, kept, rows, recordings, residual, independence, poll};
+  return left.best_of(left.swing());
 }
 
 }  // namespace ident

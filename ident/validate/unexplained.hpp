@@ -23,7 +23,8 @@ struct Explanations {
   /// this one in place of it (switch_variable).
   std::optional<Explanation> recorded;
   /// Of what springs, dampers and friction are commonly made of, what is no candidate (missing_term): sgn(v), x and v
-  /// with their products up to the third degree, abs(v)*v, and a spring in series with a slider (hysteresis).
+  /// with their products up to the third degree, abs(v)*v, a spring in series with a slider (hysteresis), and a
+  /// stiffness that follows a clock (modulation_rad_s).
   std::optional<Explanation> form;
   /// One of these forms with which equations of kept terms are better: of all equations of kept terms and it, by the
   /// score of Selection::evidence (ranked_models), the best has it, by odds of 150 for it to belong. Where the best is
@@ -50,5 +51,12 @@ struct LeftOut {
                                         const std::vector<Row>& rows, const std::vector<Columns>& recordings,
                                         const Eigen::Ref<const Eigen::VectorXd>& residual,
                                         const IndependentRows& independence, const Poll& poll = {});
+
+/// The stiffness that follows a clock alone, as Explanations::form has it.
+[[nodiscard]] std::optional<Explanation> swing_of(const Model& model, const std::vector<std::string>& terms,
+                                                  const RFactor& kept, const std::vector<Row>& rows,
+                                                  const std::vector<Columns>& recordings,
+                                                  const Eigen::Ref<const Eigen::VectorXd>& residual,
+                                                  const IndependentRows& independence, const Poll& poll = {});
 
 }  // namespace ident

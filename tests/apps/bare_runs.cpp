@@ -175,12 +175,12 @@ namespace {
 
 constexpr double shaken_rate_hz = 200.0;
 
-/// x of a hardening payload, x'' = -88.83 x - 0.8 v - 3000 x^3 + drive(t), for a minute, by the method of Runge and
+/// x of a hardening payload, x'' = -88.83 x - 0.8 v - 3000 x^3 + drive(t, x), for a minute, by the method of Runge and
 /// Kutta.
-std::vector<double> shaken_x(const std::function<double(double)>& drive) {
+std::vector<double> shaken_x(const std::function<double(double, double)>& drive) {
   constexpr int num_samples = 12'000, substeps = 4;
   constexpr double step_s = 1.0 / shaken_rate_hz / substeps;
-  const auto a = [&](double t, double x, double v) { return -88.83 * x - 0.8 * v - 3000.0 * x * x * x + drive(t); };
+  const auto a = [&](double t, double x, double v) { return -88.83 * x - 0.8 * v - 3000.0 * x * x * x + drive(t, x); };
   std::vector<double> result;
   double x = 0.0, v = 0.0;
   for (int i = 0; i < num_samples; ++i) {
@@ -221,7 +221,7 @@ struct Sines {
 /// The payload on a base that shakes at random, noise of 0.5 % on both.
 std::string shaken_payload(const std::string& base, const std::string& payload, std::uint32_t seed) {
   const Sines r(seed, [](double hz) { return 2e-3 / (1.0 + 0.5 * hz); });
-  const std::vector<double> x = shaken_x([&](double t) { return -r.at(t, 2); });
+  const std::vector<double> x = shaken_x([&](double t, double) { return -r.at(t, 2); });
   std::mt19937 random(seed + 1);
   std::normal_distribution<double> noise(0.0, 0.005 * 0.01);
   std::string csv = fmt::format("t,{} [m],{} [m]\n", base, payload);
@@ -230,6 +230,17 @@ std::string shaken_payload(const std::string& base, const std::string& payload, 
     csv += fmt::format("{},{:.9g},{:.9g}\n", t, now + of_base, now + x[i] + noise(random));
   }
   return csv;
+}
+
+}  // namespace
+
+namespace {
+
+/// The indented lines of a screen from one on, up to another.
+std::string pasted(const std::string& screen, const std::string& from, const std::string& to) {
+  const auto begin = screen.find(from);
+  return begin == std::string::npos ? std::string()
+                                    : screen.substr(begin, screen.find("\n" + to, begin) - begin) + "\n";
 }
 
 }  // namespace
@@ -247,8 +258,7 @@ TEST_CASE("base and payload that were exchanged are found to be, and the lines p
   CHECK(equation_of("exchanged")["verdict"] == "does_not");
   CHECK_THAT(equation_of("exchanged")["cause"].dump(), Catch::Contains("exchanged_roles"));
   CHECK_THAT(said.out, Catch::Contains("exchanged.csv.toml") && Catch::Contains("role = \"r\""));
-  (void)folder.file("exchanged.csv.toml",
-                    "schema = 1\n[[channel]]\nname = \"y\"\nrole = \"r\"\n[[channel]]\nname = \"r\"\nrole = \"y\"\n");
+  (void)folder.file("exchanged.csv.toml", pasted(said.out, "schema = 1", "data "));
   REQUIRE(support::run(folder, "$ARDENT -q run exchanged.csv -o mended").code == 0);
   CHECK(equation_of("mended")["verdict"] == "describes");
 }
@@ -258,7 +268,7 @@ namespace {
 /// The payload shaken at random by a force, x held for so many samples, noise of 0.5 %.
 std::string held_displacement(std::size_t samples) {
   const Sines f(7, [](double) { return 1.0 / 3.0; });
-  const std::vector<double> x = shaken_x([&](double t) { return f.at(t, 0); });
+  const std::vector<double> x = shaken_x([&](double t, double) { return f.at(t, 0); });
   std::mt19937 random(8);
   std::normal_distribution<double> noise(0.0, 0.005 * 0.04);
   std::string csv = "t,x [m],f [N]\n";
@@ -282,4 +292,48 @@ TEST_CASE("values that are held for several samples are those of a slower sensor
     CHECK((outcome.verdict == "describes" || outcome.verdict == "in_part"));
     CHECK(outcome.within == 4);
   }
+}
+
+TEST_CASE("a stiffness that follows a clock is named, and its lines find it", "[bare_runs]") {
+  constexpr double swing = 25.0, rate = 15.4, phase = 1.0;
+  const Sines f(9, [](double) { return 1.0 / 3.0; });
+  const std::vector<double> x =
+      shaken_x([&](double t, double now) { return f.at(t, 0) - swing * std::cos(rate * t + phase) * now; });
+  std::mt19937 random(10);
+  std::normal_distribution<double> noise(0.0, 0.005 * 0.04);
+  std::string csv = "t,x [m],f [N]\n";
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double t = static_cast<double>(i) / shaken_rate_hz;
+    csv += fmt::format("{},{:.9g},{:.9g}\n", t, x[i] + noise(random), f.at(t, 0));
+  }
+  const Scratch folder;
+  (void)folder.file("swings.csv", csv);
+  const auto said = support::run(folder, "$ARDENT -q run swings.csv -o plain");
+  const auto equation_of = [&](const std::string& run) {
+    return json::parse(support::bytes_of(folder / (run + "/equation.json")))["ranges"][0];
+  };
+  CHECK(equation_of("plain")["verdict"] == "does_not");
+  CHECK(equation_of("plain")["cause"] == "missing_term");
+  std::istringstream lines(said.out);
+  std::string line, terms;
+  while (std::getline(lines, line))
+    if (const auto at = line.find("terms = ["); at != std::string::npos) terms = line.substr(at + 8);
+  REQUIRE_THAT(terms, Catch::Contains("x*cos(15.") && Catch::Contains("x*sin(15."));
+  REQUIRE(support::run(folder, "$ARDENT -q run swings.csv -o mended --set 'library.terms=" + terms + "'").code == 0);
+  const json mended = equation_of("mended");
+  CHECK(mended["verdict"] != "does_not");  // the frequency is known as well as half a minute tells it
+  std::map<std::string, std::pair<double, double>> found;
+  for (const json& term : mended["methods"][0]["terms"]) {
+    const std::string name = term["name"];
+    found[name.substr(0, 5)] = {term["mean"], term["std"]};
+  }
+  REQUIRE(found.size() == 6);
+  const auto covers = [&](const std::string& name, double truth) {
+    CAPTURE(name, found[name].first, found[name].second);
+    CHECK(std::abs(found[name].first - truth) < 3.0 * found[name].second);
+  };
+  covers("x", -88.83), covers("v", -0.8), covers("x^3", -3000.0), covers("f", 1.0);
+  const double cosine = found["x*cos"].first, sine = found["x*sin"].first;
+  CHECK(std::hypot(cosine, sine) == Approx(swing).epsilon(0.02));
+  CHECK(std::atan2(sine, -cosine) == Approx(phase).margin(0.1));  // by the clock of the record
 }

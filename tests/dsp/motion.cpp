@@ -150,4 +150,24 @@ TEST_CASE("what is not measured in metres keeps its unit through the derivatives
   CHECK(units(mixed) == std::vector<std::string>{"V", "V/s", "m/s^2"});
 }
 
+TEST_CASE("a sine whose values are held is the sine again, but for images above its own rate's half", "[dsp][motion]") {
+  constexpr int hold = 8;
+  constexpr double sine_hz = 0.3 * rate_hz / hold;
+  const Eigen::VectorXd angle =
+      Eigen::VectorXd::LinSpaced(num_samples, 0.0, num_samples - 1.0) * (2.0 * M_PI * sine_hz / rate_hz);
+  dsp::Recording held = recording({{{.name = "slow", .role = dsp::Role::x, .unit = "m"}, angle.array().cos()}});
+  for (Eigen::Index i = 0; i < num_samples; ++i) held.samples(i, 0) = held.samples(i / hold * hold, 0);
+  held.channels[0].hold_samples = hold;
+  held.channels[0].hold_s = hold / rate_hz;
+  held.channels[0].delay_s = 0.5 * (hold - 1) / rate_hz;
+  dsp::remove_delays(held);
+  // About whole periods of its images and of itself, away from the ends.
+  const Eigen::Index first = 400, size = 2000;
+  const auto part = [&](const auto& other) {
+    return 2.0 / static_cast<double>(size) * held.samples.col(0).segment(first, size).dot(other.segment(first, size));
+  };
+  CHECK(part(angle.array().cos().matrix().eval()) == Approx(1.0).margin(1e-3));
+  CHECK(part(angle.array().sin().matrix().eval()) == Approx(0.0).margin(1e-3));
+}
+
 }  // namespace test_motion

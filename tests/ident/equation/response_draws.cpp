@@ -59,4 +59,16 @@ TEST_CASE("a linear answer to a length that is given does not depend on the cali
   CHECK(peak.std == Approx(calibration * peak.mean).epsilon(4.0 / std::sqrt(120.0)));
 }
 
+TEST_CASE("a drive and a static friction that are both given do not depend on the calibration", "[response_draws]") {
+  IdentifiedEquation sliding = known({"x", "v", "sgn(v)", "ddr"}, Eigen::Vector4d(-50.0, -0.8, -0.08, -1.0));
+  sliding.displacement_std = 0.0;
+  const sim::FrequencyResponseOptions sweep{.from_hz = 0.5, .to_hz = 1.9, .step_hz = 0.1, .amplitude_m = 4.5e-3};
+  const ident::DrawOptions given{.num_draws = 8, .static_friction = 0.385};
+  const double sure = response_draws(sliding, sweep, given).located.front().unlock_rising_hz;
+  REQUIRE(sure > 0.5);
+  sliding.displacement_std = calibration;
+  for (const sim::ResponseJumps& jumps : response_draws(sliding, sweep, given).located)
+    CHECK(std::abs(jumps.unlock_rising_hz - sure) < 2e-5);  // located to 1e-5
+}
+
 }  // namespace test_ident_response_draws
