@@ -41,7 +41,7 @@ struct BodiesRecord {
 };
 
 /// Of a recording without bodies inputs alone; with `one_body` its motion is that of body 1. Throws dsp::Fault (input,
-/// "bodies.*") where a body has no displacement or one number is missing, and what to add.
+/// "bodies.*") where a body has no displacement, one number is missing or a channel holds its values, and what to do.
 [[nodiscard]] BodiesRecord bodies_record(const dsp::Recording& recording, bool one_body = false);
 
 /// Recordings of the same system with the same channels and inputs as one record, with one zero of each displacement.

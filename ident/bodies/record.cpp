@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "dsp/filter/spectral.hpp"
+#include "dsp/samples/hold_length.hpp"
 #include "ident/bodies/bodies.hpp"
 #include "ident/bodies/statement.hpp"
 #include "ident/state_space/start.hpp"
@@ -230,6 +231,20 @@ std::vector<dsp::Channel> with_one_body(std::vector<dsp::Channel> channels) {
   return channels;
 }
 
+/// A staircase follows no equation of motion.
+void refuse_held(const dsp::Recording& recording, const std::vector<Index>& columns) {
+  for (const Index j : columns) {
+    dsp::HoldLength hold;
+    for (const double value : recording.samples.col(j)) hold.push(value);
+    if (const int samples = hold.samples(); samples > 1)
+      throw question("bodies.held", recording.name,
+                     fmt::format("channel '{}' holds each of its values for {} samples, as of a sensor slower than the "
+                                 "clock. Keep one row of {} in the file, which then has {:.6g} Hz",
+                                 recording.channels[static_cast<size_t>(j)].name, samples, samples,
+                                 recording.sample_rate_hz / samples));
+  }
+}
+
 }  // namespace
 
 VectorXd derived(const VectorXd& signal, double rate_hz, int order, double to_hz) {
@@ -243,6 +258,7 @@ BodiesRecord bodies_record(const dsp::Recording& recording, bool one_body) {
   for (const dsp::Channel& channel : channels) record.num_bodies = std::max(record.num_bodies, channel.body);
   if (one_body && record.num_bodies == 1) require_one_displacement(recording.name, channels);
   const std::vector<Index> columns = columns_of_bodies(recording.name, channels, record.num_bodies);
+  refuse_held(recording, columns);
   std::vector<Index> of_inputs;
   for (Index j = 0; j < std::ssize(channels); ++j) {
     const dsp::Channel& channel = channels[static_cast<size_t>(j)];

@@ -268,6 +268,14 @@ TEST_CASE("a record of bodies asks where something is not clear", "[ident][bodie
   recording.channels[1] = channel("q", dsp::Role::r, 0);
   recording.channels[0].role = dsp::Role::y;
   CHECK_THROWS_WITH(ident::bodies_record(recording), Catch::Contains("some displacements of bodies are absolute"));
+  constexpr int hold = 4;
+  recording.sample_rate_hz = 200.0;
+  recording.samples = Eigen::MatrixXd::Random(100 * hold, 3);
+  for (Eigen::Index i = 0; i < recording.samples.rows(); ++i)
+    recording.samples(i, 2) = recording.samples(i / hold * hold, 2);
+  recording.channels[2].role = dsp::Role::y;
+  CHECK_THROWS_WITH(ident::bodies_record(recording),
+                    Catch::Contains("channel 's' holds each of its values for 4 samples") && Catch::Contains("50 Hz"));
 }
 
 }  // namespace test_bodies
