@@ -17,7 +17,8 @@ using Eigen::VectorXd;
 /// A base is known, and what is relative to it is a difference.
 bool can_be_exchanged(const Columns& columns) {
   const dsp::Prepared* const prepared = columns.prepared;
-  return prepared != nullptr && columns.signals->find("ddr") != nullptr &&
+  const auto is_known = [&](const char* name) { return columns.signals->find(name) != nullptr; };
+  return prepared != nullptr && is_known("x") && is_known("v") && is_known("a") && is_known("ddr") &&
          std::none_of(prepared->channels.begin(), prepared->channels.end(), [](const dsp::Channel& channel) {
            return dsp::info_of(channel.role).body == dsp::Body::relative;
          });
