@@ -85,7 +85,7 @@ Prediction predicted(const ident::BodiesModel& model, ident::BodiesRecord given,
   return prediction;
 }
 
-std::string json_of(const Prediction& prediction) {
+std::string json_of(const Prediction& prediction, const ident::BodiesLayout& layout) {
   const ident::BodiesRecord& record = prediction.record;
   const bool ran = prediction.positions.allFinite();
   Json document{
@@ -93,12 +93,14 @@ std::string json_of(const Prediction& prediction) {
       {"stretches",
        {{{"from_s", static_cast<double>(prediction.counted) / record.sample_rate_hz},
          {"to_s", static_cast<double>(prediction.first + prediction.positions.rows()) / record.sample_rate_hz}}}},
-      {"unit", printable(record.length)},
+      {"unit", printable(layout.imposed ? layout.force_unit : record.length)},
       {"bodies", Json::array()}};
   for (Index body = 0; body < prediction.positions.cols(); ++body) {
     Json one{{"body", body + 1}};
     apps::put(one, "nmse", prediction.nmse(body),
-              !ran ? "the equations run away" : "its displacement was not recorded");
+              !ran             ? "the equations run away"
+              : layout.imposed ? "its force was not recorded"
+                               : "its displacement was not recorded");
     document["bodies"].push_back(std::move(one));
   }
   return text_of(document);
@@ -109,7 +111,7 @@ CsvTable table_of(const Prediction& prediction, const ident::BodiesLayout& layou
   const bool is_recorded = prediction.record.num_bodies > 0;
   CsvTable table{"predict.csv", "t", static_cast<std::size_t>(prediction.positions.rows()), {}};
   for (int body = 1; body <= n; ++body) {
-    const std::string x = layout.named('x', body);
+    const std::string x = layout.response(body);
     table.header += is_recorded ? fmt::format(",{0},{0}_predicted", x) : fmt::format(",{}_predicted", x);
   }
   table.header += "\n";
@@ -128,7 +130,7 @@ std::string text_of_prediction(const Prediction& prediction, const ident::Bodies
   std::string text = fmt::format("{}: free run{}\n", printable(prediction.record.name),
                                  layout.num_bodies == 1 ? "" : fmt::format(" of {} bodies", layout.num_bodies));
   for (Index body = 0; body < prediction.nmse.size(); ++body) {
-    const std::string x = layout.named('x', static_cast<int>(body) + 1);
+    const std::string x = layout.response(static_cast<int>(body) + 1);
     text += std::isfinite(prediction.nmse(body))
                 ? fmt::format("  {}  NMSE {:.2g}, an error of {:.2g} % of its rms\n", x, prediction.nmse(body),
                               100.0 * std::sqrt(prediction.nmse(body)))
@@ -156,8 +158,11 @@ int predict_bodies(const PredictArguments& arguments, const GlobalOptions& globa
   options.sidecar = arguments.sidecar;
   const dsp::Recording recording = dsp::read_recording(arguments.recording, options);
   const Prediction prediction =
-      predicted(model, ident::bodies_record(recording, model.layout.num_bodies == 1), thread_count(global));
-  const std::string document = json_of(prediction);
+      predicted(model,
+                model.layout.imposed ? ident::imposed_record(recording)
+                                     : ident::bodies_record(recording, model.layout.num_bodies == 1),
+                thread_count(global));
+  const std::string document = json_of(prediction, model.layout);
   folder.write("predict.json", document);
   OutputFile series = folder.file("predict.csv");
   write_table(table_of(prediction, model.layout), [&](std::string_view rows) { series.write(rows); });

@@ -25,6 +25,11 @@ const char* what_is_special(const Config& config) {
   return config.inner == ident::Inner::none ? "a recording of several bodies" : "[library] inner";
 }
 
+/// Whether the motion was imposed and its force is to be explained.
+bool is_force_asked(const Config& config) {
+  return config.fit.target == dsp::to_string(dsp::Role::f) && config.inner == ident::Inner::hysteresis;
+}
+
 /// What a config may hold for one body only.
 void refuse_settings(const Config& config) {
   const std::string& name = config.recordings.front().name;
@@ -41,8 +46,10 @@ void refuse_settings(const Config& config) {
   if (config.inner != ident::Inner::none &&
       std::any_of(config.library.terms.begin(), config.library.terms.end(), looks_at_z))
     refuse("a term with z", "Of z the products are given; leave it out of terms");
-  if (config.fit.target != "a")
-    refuse("target = \"" + config.fit.target + "\"", "The target is the acceleration of each body");
+  if (config.fit.target != "a" && !is_force_asked(config))
+    refuse("target = \"" + config.fit.target + "\"",
+           "The target is the acceleration of each body; with inner = \"hysteresis\" it may be f, the force on an "
+           "imposed motion");
   if (config.fit.stage == ident::Stage::regression) refuse("stage = \"regression\"", "Leave `stage` out");
 }
 
@@ -58,9 +65,9 @@ dsp::Motion signals_of(const ident::BodiesRecord& record) {
   const Index n = record.samples.rows();
   motion.signals.push_back(
       {"t", "s", Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) / record.sample_rate_hz});
-  const ident::BodiesLayout layout{.num_bodies = record.num_bodies};
+  const ident::BodiesLayout layout{.num_bodies = record.num_bodies, .imposed = record.imposed};
   const auto name_of = [&](const dsp::Channel& channel) {
-    return layout.named("xva"[dsp::info_of(channel.role).order], channel.body);
+    return record.imposed ? layout.response(1) : layout.named("xva"[dsp::info_of(channel.role).order], channel.body);
   };
   for (Index j = 0; j < record.samples.cols(); ++j) {
     const dsp::Channel& channel = record.channels[static_cast<std::size_t>(j)];
@@ -92,7 +99,13 @@ ident::BodiesRecord read_one(const Config& config, const RecordingConfig& record
         fmt::format("{}: z was recorded, with [library] inner, which finds one that was not. Leave it out, "
                     "or role = \"z\"",
                     recording.name));
-  ident::BodiesRecord record = ident::bodies_record(samples, one_body);
+  ident::BodiesRecord record =
+      is_force_asked(config) ? ident::imposed_record(samples) : ident::bodies_record(samples, one_body);
+  if (is_force_asked(config) && record.num_bodies == 0)
+    throw dsp::Fault(dsp::FaultKind::input, "bodies.imposed",
+                     fmt::format("{}: target = \"f\" and no force was recorded. Give its channel role = \"f\" in a "
+                                 "[[channel]]",
+                                 recording.name));
   if (one_body && record.num_bodies != 1)
     throw dsp::Fault(dsp::FaultKind::usage, "bodies.config",
                      fmt::format("{}: {} bodies with [library] inner, which is for one. Leave it out, or the channels "
@@ -150,7 +163,7 @@ CsvTable free_run_table(const ident::BodiesResult& result, const ident::BodiesRe
     for (Index k = 0; k < run.positions.rows(); ++k) rows.emplace_back(&run, k);
   CsvTable table{"predictions.csv", are_several ? "recording,t" : "t", rows.size(), {}};
   for (int body = 1; body <= n; ++body)
-    table.header += fmt::format(",{0},{0}_free_run", result.model.layout.named('x', body));
+    table.header += fmt::format(",{0},{0}_free_run", result.model.layout.response(body));
   table.header += "\n";
   table.fill = [rows = std::move(rows), &record, n, are_several](std::size_t row, RowWriter& cells) {
     const auto [run, k] = rows[row];
@@ -178,7 +191,8 @@ RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunAr
   refuse_warnings(arguments.strict, console);
   console.step(config.inner == ident::Inner::none
                    ? fmt::format("identifying the equations of {} bodies together", record.num_bodies)
-                   : "identifying the equation of motion with and without a memory");
+               : is_force_asked(config) ? "identifying the force on the imposed motion with and without a memory"
+                                        : "identifying the equation of motion with and without a memory");
   const ident::BodiesResult found = ident::identify_bodies(
       record, {library_of(config), config.inner, config.fit.train_fraction, arguments.num_threads});
   RunOutcome outcome;

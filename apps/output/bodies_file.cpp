@@ -47,11 +47,12 @@ void put_terms(Json& one, int body, const ident::BodiesResult& result, const ide
 }
 
 Json body_json(int body, const ident::BodiesResult& result, const ident::BodiesRecord& record) {
-  Json one{{"body", body},
-           {"displacement", printable(record.channels[static_cast<std::size_t>(body - 1)].name)},
-           {"target", result.model.layout.target(body)},
-           {"zero", record.parts.front().zeros(body - 1)},
-           {"noise_std", number_or_null(result.noise_std(body - 1))}};
+  Json one{
+      {"body", body},
+      {record.imposed ? "force" : "displacement", printable(record.channels[static_cast<std::size_t>(body - 1)].name)},
+      {"target", result.model.layout.target(body)},
+      {"zero", record.parts.front().zeros(body - 1)},
+      {"noise_std", number_or_null(result.noise_std(body - 1))}};
   put_terms(one, body, result, record);
   if (result.silent_because.empty()) {
     if (!result.runs.empty()) {
@@ -150,8 +151,10 @@ std::string bodies_json(const ident::BodiesResult& result, const ident::BodiesRe
                 {"frame", frames[static_cast<std::size_t>(result.model.layout.frame)]},
                 {"frame_was_open", result.frame_was_open},
                 {"length_unit", printable(record.length)},
+                {"imposed", record.imposed},
                 {"inputs", result.model.layout.inputs},
                 {"bodies", Json::array()}};
+  if (record.imposed) document["force_unit"] = result.model.layout.force_unit;
   for (int body = 1; body <= record.num_bodies; ++body) document["bodies"].push_back(body_json(body, result, record));
   if (result.sought != ident::Inner::none) {
     Json inner{{"kind", inner_kinds[static_cast<std::size_t>(result.sought)]},
@@ -207,6 +210,10 @@ ident::BodiesModel read_bodies_model(const std::filesystem::path& run) {
     if (known == frames.end() || document.at("bodies").size() > most_bodies) refuse_file(file);
     model.layout = {static_cast<int>(document.at("bodies").size()), static_cast<ident::Frame>(known - frames.begin()),
                     document.at("inputs").get<std::vector<std::string>>()};
+    if (document.value("imposed", false)) {
+      if (model.layout.num_bodies != 1) refuse_file(file);
+      model.layout.imposed = true, model.layout.force_unit = document.at("force_unit");
+    }
     if (document.contains("inner") && document["inner"].at("kept").get<bool>()) {
       const auto* const kind =
           std::find(inner_kinds.begin() + 1, inner_kinds.end(), document["inner"].at("kind").get<std::string>());

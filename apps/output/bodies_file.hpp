@@ -13,8 +13,9 @@ namespace apps {
 
 /// equation.json and report.json of a run with several bodies: "bodies" with their terms, "modes", "couplings", the
 /// verdict and the free run, "covariance" of all coefficients in order, "inner" with the terms of z where one was
-/// sought, "recordings" where there are several (times and zeros of the first stand outside, errors are of all);
-/// "chosen" is null and "ranges" empty.
+/// sought, "imposed" with "force_unit" where the one equation is of the force on an imposed motion, "recordings" where
+/// there are several (times and zeros of the first stand outside, errors are of all); "chosen" is null and "ranges"
+/// empty.
 [[nodiscard]] std::string bodies_json(const ident::BodiesResult& result, const ident::BodiesRecord& record);
 
 /// Whether a folder holds such a run.

@@ -34,9 +34,12 @@ ScreenEntry equations_entry(const ident::BodiesResult& result, const ident::Bodi
   if (result.model.layout.inner == ident::Inner::lag)
     entry.lines.push_back(
         {fmt::format("z is {} as it arrives; nothing records it.", printable(result.model.layout.lagging, 60))});
+  const bool imposed = result.model.layout.imposed;
   if (result.model.layout.inner == ident::Inner::hysteresis)
     entry.lines.push_back(
-        {"z is a force per mass with a memory; nothing records it. Its coefficient of -1 is its scale."});
+        {imposed ? "z is a part of the force with a memory; nothing records it. Its coefficient of 1 is its scale."
+                 : "z is a force per mass with a memory; nothing records it. Its coefficient of -1 is its scale."});
+  if (imposed) entry.lines.push_back({"f is the force that the motion took, which was imposed: x and v are recorded."});
   const ident::Frame frame = result.model.layout.frame;
   entry.lines.push_back({fmt::format("{}In SI units; standard deviations in brackets.",
                                      frame == ident::Frame::ground ? ""
@@ -169,6 +172,11 @@ ScreenEntry data_entry(const ident::BodiesResult& result, const ident::BodiesRec
         unusable > 0 ? fmt::format("{:.3g} s of faulty samples", seconds({0, unusable}, record)) : "nothing",
         seconds(result.train[i], record), seconds({result.train[i].last, part.rows.last}, record))});
   }
+  if (const double zero = record.parts.front().zero_of_r; record.imposed && zero != 0.0)
+    entry.lines.push_back(
+        {fmt::format("x = 0 is where the displacement is {:.6g} {}: the mean, as the motion is far "
+                     "from zero.",
+                     zero, printable(record.length))});
   const VectorXd& zeros = record.parts.front().zeros;  // of all
   for (Index body = 0; body < record.num_bodies; ++body)
     if (zeros(body) != 0.0)
@@ -207,13 +215,16 @@ ScreenEntry inputs_entry(const ident::BodiesResult& result, const ident::BodiesR
 std::string of_equation(const ident::BodiesLayout& layout, int equation) {
   return equation > layout.num_bodies
              ? (layout.inner == ident::Inner::lag ? "the input as it arrives, z" : "the force z")
+         : layout.imposed         ? "the force"
          : layout.num_bodies == 1 ? "the motion"
                                   : fmt::format("body {}", equation);
 }
 
 void write_equations(const ident::BodiesResult& result, const std::vector<ident::Model>& models, HtmlWriter& html) {
   html.open("section", {{"id", "equations"}})
-      .element("h2", result.model.layout.num_bodies == 1 ? "Equation of motion" : "One equation for each body");
+      .element("h2", result.model.layout.imposed           ? "The force on the motion"
+                     : result.model.layout.num_bodies == 1 ? "Equation of motion"
+                                                           : "One equation for each body");
   html.open("details").element("summary", "LaTeX and plain text, to copy");
   for (const ident::Notation notation : {ident::Notation::latex, ident::Notation::text}) {
     Strings lines;
@@ -326,13 +337,15 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
   std::vector<PlotFigure> figures;
   const ident::BodiesLayout& layout = result.model.layout;
   const auto axis = [&](Index body) {
-    return fmt::format("{} ({})", layout.named('x', static_cast<int>(body) + 1), printable(record.length));
+    return fmt::format("{} ({})", layout.response(static_cast<int>(body) + 1),
+                       printable(layout.imposed ? layout.force_unit : record.length));
   };
   const auto whose = [&](Index body) { return layout.num_bodies == 1 ? "" : fmt::format(" of body {}", body + 1); };
   const auto times = [&](Index first, Index count) -> VectorXd {
     return VectorXd::LinSpaced(count, static_cast<double>(first), static_cast<double>(first + count - 1)) /
            record.sample_rate_hz;
   };
+  const char* const response = layout.imposed ? "force" : "displacement";
   const bool are_several = record.parts.size() > 1;
   const auto numbered = [&](std::size_t part) { return are_several ? fmt::format("-{}", part + 1) : ""; };
   const auto named = [&](std::size_t part) {
@@ -348,14 +361,14 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
                       {"free run", t, run.positions.col(body), PlotStyle::dashed, PlotColour::vermilion}};
       if (!result.modes.empty())
         panel.x_limits = some_periods(1.0 / result.modes.front().frequency_hz, t, t(count - 1));
-      figures.push_back(
-          chart(fmt::format("body-{}-free-run{}", body + 1, numbered(run.part)),
-                fmt::format("{}Measured displacement{}, the free run of all equations together, driven by the recorded "
-                            "inputs alone from a state that the fitted samples gave (NMSE {}), and what is between "
-                            "them.{}",
-                            named(run.part), whose(body), number_text(run.errors.nmse(body), "{:.2g}", "none"),
-                            panel.x_limits ? " The last periods are shown." : ""),
-                panel));
+      figures.push_back(chart(
+          fmt::format("body-{}-free-run{}", body + 1, numbered(run.part)),
+          fmt::format("{}Measured {}{}, the free run of all equations together, driven by the recorded "
+                      "inputs alone from a state that the fitted samples gave (NMSE {}), and what is between "
+                      "them.{}",
+                      named(run.part), response, whose(body), number_text(run.errors.nmse(body), "{:.2g}", "none"),
+                      panel.x_limits ? " The last periods are shown." : ""),
+          panel));
       add_error_panel(figures.back());
       figures.back().question = Question::follows;
     }
@@ -368,17 +381,22 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
                             : std::clamp<Index>(
                                   static_cast<Index>(drawn * loop.sample_rate_hz / result.modes.front().frequency_hz),
                                   1, all);
-    PlotPanel panel{"force with a memory against displacement", axis(0),
-                    fmt::format("z ({})", layout.target_unit(1, printable(record.length)))};
+    const std::string unit = layout.target_unit(1, printable(record.length));
+    PlotPanel panel{"force with a memory against displacement", fmt::format("x ({})", printable(record.length)),
+                    fmt::format("{} ({})", layout.imposed ? "f" : "z", printable(unit))};
     panel.series = {
         {"measured", loop.position.tail(count), loop.measured.tail(count), PlotStyle::points, PlotColour::black},
         {"identified", loop.position.tail(count), loop.force.tail(count), PlotStyle::line, PlotColour::vermilion}};
-    figures.push_back(cloud("memory-loop",
-                            fmt::format("Loops of the force per mass z against displacement, the last {:.3g} s of the "
-                                        "longest fitted stretch. Measured: what the other terms leave of the "
-                                        "acceleration, which is derived from the displacement. Identified: z.",
-                                        static_cast<double>(count) / loop.sample_rate_hz),
-                            panel));
+    figures.push_back(
+        cloud("memory-loop",
+              fmt::format("Loops of the force {} against displacement, the last {:.3g} s of the longest "
+                          "fitted stretch. {}",
+                          layout.imposed ? "f" : "per mass z", static_cast<double>(count) / loop.sample_rate_hz,
+                          layout.imposed ? "Measured: as recorded. Identified: by the equation, on its "
+                                           "own from its first value."
+                                         : "Measured: what the other terms leave of the acceleration, "
+                                           "which is derived from the displacement. Identified: z."),
+              panel));
   }
   for (std::size_t i = 0; i < record.parts.size(); ++i)
     for (Index body = 0; body < record.num_bodies; ++body) {
@@ -391,10 +409,10 @@ std::vector<PlotFigure> bodies_figures(const ident::BodiesResult& result, const 
       const auto at = [&](Index row) { return static_cast<double>(row - rows.first) / record.sample_rate_hz; };
       panel.spans = {{at(train.first), at(train.last), "train", PlotColour::sky},
                      {at(train.last), at(rows.last), "test", PlotColour::orange}};
-      figures.push_back(
-          chart(fmt::format("record-{}{}", body + 1, numbered(i)),
-                fmt::format("{}Displacement{}. Shaded: fitted (train) and not fitted (test).", named(i), whose(body)),
-                panel));
+      figures.push_back(chart(fmt::format("record-{}{}", body + 1, numbered(i)),
+                              fmt::format("{}{}{}. Shaded: fitted (train) and not fitted (test).", named(i),
+                                          layout.imposed ? "Force" : "Displacement", whose(body)),
+                              panel));
     }
   return figures;
 }
@@ -407,16 +425,17 @@ std::string bodies_page(const ident::BodiesResult& result, const ident::BodiesRe
     write_header(config.report, html);
     write_screen(bodies_screen(result, record), drawn, "body-", html);
     const bool is_one = result.model.layout.num_bodies == 1;
-    write_contents({{"equations", is_one ? "Equation" : "Equations"},
-                    {"modes", "Modes"},
-                    is_one ? PageLink{"memory", title_of(result.sought)} : PageLink{"couplings", "Action and reaction"},
-                    {"record", "The record"},
-                    {"repeat", "How to repeat it"},
-                    {"words", "Words on this page"}},
-                   html);
+    std::vector<PageLink> links{{"equations", is_one ? "Equation" : "Equations"}};
+    if (!record.imposed) links.push_back({"modes", "Modes"});
+    links.push_back(is_one ? PageLink{"memory", title_of(result.sought)}
+                           : PageLink{"couplings", "Action and reaction"});
+    for (const PageLink& link : {PageLink{"record", "The record"}, PageLink{"repeat", "How to repeat it"},
+                                 PageLink{"words", "Words on this page"}})
+      links.push_back(link);
+    write_contents(links, html);
     write_equations(result, models_of(result, record), html);
     write_figures(drawn, "body-", Question::follows, true, html);
-    write_modes(result, html);
+    if (!record.imposed) write_modes(result, html);
     if (is_one) {
       write_memory(result, html);
       write_figures(drawn, "memory-", html);

@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "dsp/constants.hpp"
+#include "ident/bodies/choice.hpp"
 #include "ident/bodies/loop.hpp"
 #include "ident/bodies/statement.hpp"
 #include "ident/equation/percent.hpp"
-#include "ident/likelihood.hpp"
 #include "ident/state_space/select.hpp"
 #include "ident/state_space/start.hpp"
 #include "ident/validate/free_run.hpp"
@@ -25,19 +25,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 using std::size_t;
-
-/// A record in a frame, and what its likelihood chose there.
-struct Choice {
-  BodiesRecord record;
-  BodiesLayout layout = {};
-  std::vector<BodyTerm> candidates = {};
-  BodiesStatement statement = {};
-  state_space::Selection selection = {};
-  /// Nothing is left that the equations do not explain.
-  [[nodiscard]] bool is_complete() const {
-    return selection.fit.converged() && selection.fit.gain_of_process_noise < Likelihood::beyond_doubt;
-  }
-};
 
 /// Of one state of a fit, over all records.
 double rms_of(const Choice& choice, int state) {
@@ -233,7 +220,8 @@ void take_terms(BodiesResult& result, const Choice& choice) {
   };
   bool has_force = choice.layout.inner != Inner::hysteresis;
   const auto take_force = [&] {
-    if (!std::exchange(has_force, true)) take(inner_force(), -1, -1.0, {dsp::nan, 1.0});
+    if (!std::exchange(has_force, true))
+      take(inner_force(), -1, inner_force_coefficient(model.layout), {dsp::nan, 1.0});
   };
   for (size_t i = 0; i < fit.parameters.size(); ++i) {
     const auto term = static_cast<size_t>(fit.parameters[i]);
@@ -274,6 +262,12 @@ Loop longest_loop(const Choice& choice, const BodiesModel& model) {
   const auto num_states = static_cast<Index>(choice.selection.fit.noise.process.size());
   const Eigen::MatrixXd by_sample =
       Eigen::Map<const Eigen::MatrixXd>(states.data(), num_states, record.channels.rows());
+  if (model.layout.imposed) {
+    const auto x = std::find(model.layout.inputs.begin(), model.layout.inputs.end(), "x") - model.layout.inputs.begin();
+    const std::vector<double> first(states.begin(), states.begin() + num_states);
+    return {problem.sample_rate_hz, record.inputs.col(x),
+            run_free(model, record.inputs, problem.sample_rate_hz, first, 1.0, record.begin_s), record.channels.col(0)};
+  }
   return loop_of(model, by_sample.topRows(model.layout.num_states()), record, problem.sample_rate_hz,
                  choice.selection.fit.noise.channel.front());
 }
@@ -324,7 +318,7 @@ std::string in_words(const BodiesResult& result) {
   std::vector<std::string> parts;
   for (Index body = 0; body < result.run_nmse.size(); ++body) {
     const double one = result.run_nmse(body);
-    const std::string x = result.model.layout.named('x', static_cast<int>(body) + 1);
+    const std::string x = result.model.layout.response(static_cast<int>(body) + 1);
     parts.push_back(std::isfinite(one)
                         ? fmt::format("{} with NMSE {:.2g}, an error of {} of its rms (noise: {})", x, one,
                                       percent(std::sqrt(one)), percent(std::sqrt(result.run_noise(body))))
@@ -382,16 +376,17 @@ BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& op
     throw dsp::Fault(dsp::FaultKind::input, "bodies.short",
                      fmt::format("{}: {} samples are too few, want {} at least. Record longer", record.name,
                                  record.samples.rows(), least_samples));
-  if (options.inner == Inner::lag) require_input_that_may_lag(record, options);
+  if (options.inner == Inner::lag && !record.imposed) require_input_that_may_lag(record, options);
   const std::vector<dsp::IndexRange> train = train_of(record, options.train_fraction);
   BodiesResult result{.train = train};
-  Choice best = choose(record, record.frame.value_or(Frame::absolute), {}, options, train);
+  Choice best = record.imposed ? choose_force(record, options, result)
+                               : choose(record, record.frame.value_or(Frame::absolute), {}, options, train);
   // In the wrong frame the base acts by terms that are no candidates: it is as good as impossible that nothing is left.
   if (!record.frame && !best.is_complete())
     if (Choice other = choose(record, Frame::base, {}, options, train);
         other.is_complete() || !best.selection.fit.converged())
       best = std::move(other);
-  if (options.inner != Inner::none) best = with_inner(std::move(best), record, options, result);
+  if (options.inner != Inner::none && !record.imposed) best = with_inner(std::move(best), record, options, result);
   result.frame_was_open = !record.frame;
   const state_space::Fit& fit = best.selection.fit;
   result.model.layout = best.layout;
@@ -412,7 +407,8 @@ BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& op
     result.silent_because = "no candidate is more than noise";
     return result;
   }
-  result.modes = modes_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
+  if (!record.imposed)
+    result.modes = modes_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
   result.couplings = couplings_of(result.model.layout, result.model.terms, result.model.mean, result.model.covariance);
   if (result.model.layout.inner == Inner::hysteresis) result.loop = longest_loop(best, result.model);
   if (result.model.layout.inner == Inner::lag) take_lag(result);

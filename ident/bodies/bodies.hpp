@@ -17,7 +17,7 @@ struct BodiesPart {
   std::string name;
   dsp::IndexRange rows;
   Eigen::VectorXd zeros;   ///< of each channel, subtracted: the mean where x is far from zero
-  double zero_of_r = 0.0;  ///< the same of the base
+  double zero_of_r = 0.0;  ///< the same of the base, or of an imposed displacement
   [[nodiscard]] bool holds(const dsp::IndexRange& range) const {
     return range.first >= rows.first && range.last <= rows.last;
   }
@@ -29,6 +29,7 @@ struct BodiesRecord {
   double sample_rate_hz = 0.0;
   std::string length = "m";  ///< SI unit of the displacements
   int num_bodies = 0;
+  bool imposed = false;                     ///< the motion: x and v are inputs, and f is recorded as that of one body
   std::vector<dsp::Channel> channels = {};  ///< of bodies; the displacements of 1 to n first
   Eigen::MatrixXd samples = {};             ///< of these
   std::vector<BodiesPart> parts = {};       ///< one, or several that were joined
@@ -43,6 +44,11 @@ struct BodiesRecord {
 /// Of a recording without bodies inputs alone; with `one_body` its motion is that of body 1. Throws dsp::Fault (input,
 /// "bodies.*") where a body has no displacement, one number is missing or a channel holds its values, and what to do.
 [[nodiscard]] BodiesRecord bodies_record(const dsp::Recording& recording, bool one_body = false);
+
+/// Of a recording of an imposed displacement x (or y, from r where the base moves) and the force f that it takes; v is
+/// derived where it was not recorded. Without f inputs alone. Throws dsp::Fault (input, "bodies.imposed") where x is
+/// missing, and what to do; "bodies.held" as above.
+[[nodiscard]] BodiesRecord imposed_record(const dsp::Recording& recording);
 
 /// Recordings of the same system with the same channels and inputs as one record, with one zero of each displacement.
 /// Throws dsp::Fault (input, "bodies.recordings") where they are not the same, or a sensor seems to have been moved.
@@ -71,8 +77,8 @@ struct RunErrors {
       squares = {};           ///< of each displacement there about its mean: the sum
 };
 
-/// The equations on their own from a state that training samples alone gave, driven by the inputs: displacements over
-/// the samples of a part behind its training ones.
+/// The equations on their own from a state that training samples alone gave, driven by the inputs: displacements, or
+/// the force on an imposed motion, over the samples of a part behind its training ones.
 struct BodiesRun {
   std::size_t part = 0;
   dsp::IndexRange samples = {};    ///< of the record
@@ -80,11 +86,11 @@ struct BodiesRun {
   RunErrors errors = {};
 };
 
-/// The force per mass that an inner state stands for, along the fitted samples.
+/// The force per mass that an inner state stands for, along the fitted samples; of an imposed motion the whole force.
 struct Loop {
   double sample_rate_hz = 0.0;
   Eigen::VectorXd position = {}, force = {};
-  Eigen::VectorXd measured = {};  ///< what the other terms leave of the derived acceleration
+  Eigen::VectorXd measured = {};  ///< what the other terms leave of the derived acceleration; f as recorded
 };
 
 struct BodiesResult {
@@ -114,13 +120,15 @@ struct BodiesResult {
   std::string silent_because = {};  ///< not empty: there is no equation
 };
 
-/// One selection over the equations of all bodies, from the samples as they were recorded. Throws dsp::Fault (usage,
+/// One selection over the equations of all bodies, from the samples as they were recorded; of an imposed motion one
+/// force, with a hysteretic part or without. Throws dsp::Fault (usage,
 /// "term.*") for terms that cannot be read, (input, "bodies.short") for fewer samples than say anything, (input,
 /// "bodies.lag") for a lag where no input was recorded.
 [[nodiscard]] BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options);
 
-/// Equations run free over samples of inputs from a state (x1, v1, x2, v2 ... z of sample `first`): displacements of
-/// first, first + 1 ..., NaN from where one leaves 1e6 times `scale`. `begin_s`: t of the first.
+/// Equations run free over samples of inputs from a state (x1, v1, x2, v2 ... z of sample `first`): displacements, or
+/// the force on an imposed motion, of first, first + 1 ..., NaN from where one leaves 1e6 times `scale`. `begin_s`: t
+/// of the first.
 [[nodiscard]] Eigen::MatrixXd run_free(const BodiesModel& model, const Eigen::MatrixXd& inputs, double sample_rate_hz,
                                        const std::vector<double>& state, double scale, double begin_s = 0.0);
 

@@ -33,9 +33,10 @@ std::string BodiesLayout::named(char letter, int body) const {
   return num_bodies == 1 ? std::string(1, letter) : fmt::format("{}{}", letter, body);
 }
 std::string BodiesLayout::target(int equation) const {
-  return equation > num_bodies ? "dz" : named('a', equation);
+  return equation > num_bodies ? "dz" : imposed ? "f" : named('a', equation);
 }
 std::string BodiesLayout::target_unit(int equation, const std::string& length) const {
+  if (imposed) return equation <= num_bodies ? force_unit : force_unit + "/s";
   if (equation <= num_bodies) return length + "/s^2";
   if (inner == Inner::hysteresis || lagging == "ddr") return length + "/s^3";
   return lagging == "f" ? "N/s" : "";
@@ -55,6 +56,10 @@ std::string BodiesLayout::stretch_rate(int lower) {
 
 BodyTerm inner_force() {
   return {1, "z"};
+}
+
+double inner_force_coefficient(const BodiesLayout& layout) {
+  return layout.imposed ? 1.0 : -1.0;
 }
 
 BodyTerm behind_input(const BodiesLayout& layout) {
@@ -78,7 +83,7 @@ std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrar
         add(sign_of(BodiesLayout::stretch_rate(lower)));
       }
       for (const std::string& input : layout.inputs)
-        if (!is_motion_of_base(input, layout.frame)) add(input == layout.lagging ? "z" : input);
+        if (!layout.imposed && !is_motion_of_base(input, layout.frame)) add(input == layout.lagging ? "z" : input);
     }
     for (const std::string& term : library.terms) add(!layout.lagging.empty() && term == layout.lagging ? "z" : term);
   }
@@ -95,17 +100,20 @@ std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrar
 state_space::Equations equations_of(const BodiesLayout& layout, const std::vector<BodyTerm>& terms,
                                     const std::vector<double>& known) {
   state_space::Equations equations{.states = {}, .inputs = layout.inputs, .terms = {}};
-  for (int body = 1; body <= layout.num_bodies; ++body) {
+  if (layout.imposed) equations.states.emplace_back("impulse");
+  for (int body = 1; body <= layout.num_bodies && !layout.imposed; ++body) {
     equations.states.insert(equations.states.end(), {layout.named('x', body), layout.named('v', body)});
     equations.terms.push_back({.text = equations.states.back(), .state = 2 * body - 2, .known = 1.0});
   }
   if (layout.inner != Inner::none) {
     equations.states.emplace_back("z");
     if (layout.inner == Inner::hysteresis && std::find(terms.begin(), terms.end(), inner_force()) == terms.end())
-      equations.terms.push_back({.text = inner_force().name, .state = 1, .known = -1.0});
+      equations.terms.push_back(
+          {.text = inner_force().name, .state = layout.imposed ? 0 : 1, .known = inner_force_coefficient(layout)});
   }
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    state_space::Term term{.text = terms[i].name, .state = std::min(2 * terms[i].body - 1, layout.num_states() - 1)};
+    const int own = layout.imposed ? terms[i].body - 1 : 2 * terms[i].body - 1;
+    state_space::Term term{.text = terms[i].name, .state = std::min(own, layout.num_states() - 1)};
     if (!known.empty()) term.known = known[i];
     equations.terms.push_back(std::move(term));
   }
@@ -121,7 +129,7 @@ std::string unit_of(const BodyTerm& term, const BodiesLayout& layout, const std:
     add(layout.named('x', body), length), add(layout.named('v', body), length + "/s");
   add("r", length), add("dr", length + "/s"), add("ddr", length + "/s^2"), add("f", "N"), add("t", "s");
   const dsp::Signal* lagging = signals.find(layout.lagging);
-  if (layout.inner == Inner::hysteresis) add("z", length + "/s^2");
+  if (layout.inner == Inner::hysteresis) add("z", layout.target_unit(1, length));
   if (lagging != nullptr) add("z", std::string(lagging->unit));
   const Expression expression(term.name);
   const std::vector<std::string>& used = expression.signals();

@@ -17,20 +17,24 @@ enum class Frame {
 enum class Inner {
   none,
   hysteresis,  ///< of one body: a force per mass z with a memory; it stands in the equation as -z, which fixes its
-               ///< scale
+               ///< scale. Of the force on an imposed motion: a part z of it
   lag          ///< of one body: z follows an input, z' = (input - z) / lag, and acts in its place
 };
 
 /// Displacements x1 ... xn in a row, body i beside i - 1 and i + 1, and what acts on them from outside. One body alone
-/// is x and v.
+/// is x and v. Of an imposed motion x and v are inputs, and the one equation is of the force f that it takes.
 struct BodiesLayout {
   int num_bodies = 0;
   Frame frame = Frame::ground;
   std::vector<std::string> inputs = {};  ///< "f", "r", "dr", "ddr", by any other name too
   Inner inner = Inner::none;
-  std::string lagging = {};  ///< the input that z follows
-  /// x and v of each body, then z.
-  [[nodiscard]] int num_states() const { return 2 * num_bodies + (inner == Inner::none ? 0 : 1); }
+  std::string lagging = {};      ///< the input that z follows
+  bool imposed = false;          ///< the motion, as by a testing machine
+  std::string force_unit = "N";  ///< of f where it is
+  /// x and v of each body, or the impulse of f, whose rate it is; then z.
+  [[nodiscard]] int num_states() const { return (imposed ? 1 : 2 * num_bodies) + (inner == Inner::none ? 0 : 1); }
+  /// What a run of the equations is compared in: "x1", of an imposed motion "f".
+  [[nodiscard]] std::string response(int body) const { return imposed ? "f" : named('x', body); }
   /// "x1", "v1" of a body, and what its equation is for, "a1"; of the equation behind that of the last body "dz".
   [[nodiscard]] std::string named(char letter, int body) const;
   [[nodiscard]] std::string target(int equation) const;
@@ -51,8 +55,9 @@ struct BodyTerm {
   std::string name;
   [[nodiscard]] bool operator==(const BodyTerm& other) const = default;
 };
-/// How a hysteretic z stands in the equation of its body, by a coefficient of -1.
+/// How a hysteretic z stands in the equation of its body, and by what coefficient: -1 in one of motion, 1 in a force.
 [[nodiscard]] BodyTerm inner_force();
+[[nodiscard]] double inner_force_coefficient(const BodiesLayout& layout);
 /// What a lagging z is behind, the one term of its equation.
 [[nodiscard]] BodyTerm behind_input(const BodiesLayout& layout);
 
@@ -70,7 +75,8 @@ struct BodyLibrary {
 /// in products, and has one term: what it is behind.
 [[nodiscard]] std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrary& library);
 
-/// x1' = v1, v1' = terms of body 1, ...; states x1, v1, x2, v2 ... z. With `known` coefficients, or all sought but that
+/// x1' = v1, v1' = terms of body 1, ...; states x1, v1, x2, v2 ... z; of an imposed motion the impulse of f, whose rate
+/// is f's terms. With `known` coefficients, or all sought but that
 /// of inner_force, which need not be among the terms.
 [[nodiscard]] state_space::Equations equations_of(const BodiesLayout& layout, const std::vector<BodyTerm>& terms,
                                                   const std::vector<double>& known = {});

@@ -5,6 +5,7 @@
 #include "ident/bodies/bodies.hpp"
 #include "ident/bodies/statement.hpp"
 #include "ident/state_space/fit.hpp"
+#include "ident/state_space/output_error.hpp"
 #include "ident/state_space/step.hpp"
 #include "ident/validate/metrics.hpp"
 
@@ -38,13 +39,25 @@ MatrixXd run_free(const BodiesModel& model, const MatrixXd& inputs, double sampl
   state_space::Stepper stepper(compiled, {}, 1.0 / sample_rate_hz, parts_of(model, sample_rate_hz));
   MatrixXd positions = MatrixXd::Constant(inputs.rows(), model.layout.num_bodies, dsp::nan);
   std::vector<double> now = state, next(state.size());
+  state_space::Rates<1> rates(compiled);
+  // Of an imposed motion, whose states are none of it.
+  const auto force = [&](Index k) {
+    for (size_t i = 0; i < now.size(); ++i) *rates.state(static_cast<int>(i)) = now[i];
+    between.at(k, state_space::Inputs::Place(0.0), rates.input(0), nullptr, compiled.num_states() + 2);
+    rates.evaluate({});  // for the values of the switches, which say their sides
+    for (int i = 0; i < compiled.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
+    rates.evaluate({});
+    return *rates.rate(0);
+  };
   const auto runs_away = [&] {
+    if (model.layout.imposed) return false;
     for (Index body = 0; body < positions.cols(); ++body)
       if (std::abs(now[static_cast<size_t>(2 * body)]) > far_away * scale) return true;
     return false;
   };
   for (Index k = 0; k < inputs.rows(); ++k) {
-    for (Index body = 0; body < positions.cols(); ++body) positions(k, body) = now[static_cast<size_t>(2 * body)];
+    for (Index body = 0; body < positions.cols(); ++body)
+      positions(k, body) = model.layout.imposed ? force(k) : now[static_cast<size_t>(2 * body)];
     if (k + 1 == inputs.rows()) break;
     stepper.take(between, k, 1, now.data(), {}, {{next.data(), nullptr, nullptr}});
     std::swap(now, next);
@@ -73,6 +86,12 @@ std::optional<std::vector<double>> first_state(const BodiesModel& model, const B
   const std::vector<double> known(model.mean.begin(), model.mean.end());
   BodiesStatement statement = statement_of(record, model.layout, model.terms, known, {over}, 1);
   if (statement.problem.records.empty()) return std::nullopt;
+  if (model.layout.imposed) {
+    const auto fit = state_space::output_error(statement.problem, {.free_states = {1}, .num_threads = num_threads});
+    if (!fit) return std::nullopt;
+    return std::vector<double>(fit->point.states.front().begin(),
+                               fit->point.states.front().begin() + model.layout.num_states());
+  }
   statement.problem.steps = parts_of(model, record.sample_rate_hz) / 2;
   const state_space::Fit fit = state_space::fit(statement.problem, {.num_threads = num_threads});
   const auto& states = fit.point.states.front();

@@ -196,13 +196,13 @@ void require_one_zero(const BodiesRecord& whole, Index channel) {
 
 void take_one_zero(BodiesRecord& whole) {
   VectorXd zeros(std::ssize(whole.parts));
-  for (Index j = 0; j < whole.num_bodies; ++j) {
+  for (Index j = 0; j < whole.num_bodies && !whole.imposed; ++j) {
     require_one_zero(whole, j);
     for (Index i = 0; i < zeros.size(); ++i) zeros(i) = whole.parts[static_cast<size_t>(i)].zeros(j);
     const double zero = one_zero(whole.samples.col(j), whole.parts, zeros);
     for (BodiesPart& part : whole.parts) part.zeros(j) = zero;
   }
-  const auto of_r = std::find(whole.inputs.begin(), whole.inputs.end(), "r");
+  const auto of_r = std::find(whole.inputs.begin(), whole.inputs.end(), whole.imposed ? "x" : "r");
   if (of_r == whole.inputs.end()) return;
   for (Index i = 0; i < zeros.size(); ++i) zeros(i) = whole.parts[static_cast<size_t>(i)].zero_of_r;
   const double zero = one_zero(whole.input_samples.col(of_r - whole.inputs.begin()), whole.parts, zeros);
@@ -310,6 +310,50 @@ BodiesRecord bodies_record(const dsp::Recording& recording, bool one_body) {
   return record;
 }
 
+BodiesRecord imposed_record(const dsp::Recording& recording) {
+  BodiesRecord record{.name = recording.name, .sample_rate_hz = recording.sample_rate_hz, .imposed = true};
+  std::vector<unsigned char> taken(recording.channels.size(), 0);
+  const auto find = [&](dsp::Role role) {
+    const Index at = recording.find(role);
+    if (at >= 0) taken[static_cast<size_t>(at)] = 1;
+    return at;
+  };
+  const Index x = find(dsp::Role::x), y = x < 0 ? find(dsp::Role::y) : -1, r = y >= 0 ? find(dsp::Role::r) : -1;
+  if (x < 0 && y < 0)
+    throw question("bodies.imposed", recording.name,
+                   "no displacement, which a force with a memory is found from. Give its channel role = \"x\" in a "
+                   "[[channel]], or leave [library] inner out");
+  const Index v = r >= 0 ? -1 : find(y < 0 ? dsp::Role::v : dsp::Role::dy), f = find(dsp::Role::f);
+  std::vector<Index> columns{x < 0 ? y : x};
+  if (v >= 0) columns.push_back(v);
+  for (const Index at : {r, f})
+    if (at >= 0) columns.push_back(at);
+  refuse_held(recording, columns);
+  record.length = recording.channels[static_cast<size_t>(columns.front())].unit;
+  VectorXd displacement = recording.samples.col(columns.front());
+  if (r >= 0) displacement -= recording.samples.col(r);
+  const double zero = zero_of(displacement);
+  record.inputs = {"x"};
+  record.input_samples = displacement.array() - zero;
+  if (v >= 0) {
+    record.inputs.emplace_back("v");
+    record.input_samples.conservativeResize(Eigen::NoChange, 2);
+    record.input_samples.col(1) = recording.samples.col(v);
+  }
+  record.samples.resize(recording.samples.rows(), f < 0 ? 0 : 1);
+  if (f >= 0) {
+    record.num_bodies = 1;
+    record.channels = {recording.channels[static_cast<size_t>(f)]};
+    record.samples.col(0) = recording.samples.col(f);
+  }
+  for (size_t j = 0; j < taken.size(); ++j)
+    if (taken[j] == 0) record.unused.push_back(recording.channels[j].name);
+  record.parts = {{recording.name, {0, recording.samples.rows()}, VectorXd::Zero(record.samples.cols()), zero}};
+  record.usable = usable_of(recording);
+  record.frame = Frame::ground;
+  return record;
+}
+
 BodiesRecord joined(const std::vector<BodiesRecord>& records) {
   const BodiesRecord& first = records.front();
   BodiesRecord whole = first;
@@ -368,6 +412,7 @@ BodiesRecord in_frame(BodiesRecord record, Frame frame) {
       return;
     }
   };
+  if (record.imposed) derive("v", {{"x", 1}});
   if (frame == Frame::absolute) derive("dr", {{"r", 1}});
   if (frame == Frame::base) derive("ddr", {{"dr", 1}, {"r", 2}});
   record.inputs.clear(), record.input_noise_std.clear();
