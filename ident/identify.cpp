@@ -178,6 +178,7 @@ RangeResult identify(const Range& range, std::vector<Columns>& recordings, const
   for (const Term& term : library.terms) result.terms.push_back(term.name);
   for (const Term& term : data.library.terms) result.labels.push_back(term.label());
   result.orbit = closed_orbit(result.rows.train, recordings, data.terms);
+  if (options.target == "a") result.along_motion = share_along_motion(result.rows.train, recordings);
   if (options.target == "a" && !result.orbit) result.exchanged = exchanged_roles(result.rows.train, recordings);
   result.linear = linear_model(data, data.library, options);
   for (const MethodOptions& method : options.methods) {

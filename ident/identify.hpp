@@ -71,6 +71,7 @@ struct RangeResult {
   double power_balance = std::numeric_limits<double>::quiet_NaN();  ///< of corrected v and a; NaN: nothing to check
   Crests crests;                     ///< of x; none where something that may drive the motion was recorded
   std::optional<ClosedOrbit> orbit;  ///< that the training rows are, where it has fewer equations than candidates
+  double along_motion = 0.0;         ///< of the training rows: share_along_motion
   std::optional<double> exchanged;   ///< of the training rows, where they are no closed orbit: exchanged_roles
   Likelihood likelihood;             ///< of the range, for the methods that weigh rows
   Model linear;  ///< least squares on the candidates that are signals themselves, or 1: what an equation must beat

@@ -10,14 +10,15 @@ constexpr std::array<std::pair<Verdict, std::string_view>, 4> words{{{Verdict::d
                                                                      {Verdict::in_part, "in_part"},
                                                                      {Verdict::does_not, "does_not"},
                                                                      {Verdict::undecided, "undecided"}}};
-constexpr std::array<std::pair<Cause, std::string_view>, 8> causes{{{Cause::not_found, "not_found"},
+constexpr std::array<std::pair<Cause, std::string_view>, 9> causes{{{Cause::not_found, "not_found"},
                                                                     {Cause::missing_input, "missing_input"},
                                                                     {Cause::missing_term, "missing_term"},
                                                                     {Cause::wide_band, "wide_band"},
                                                                     {Cause::noise, "noise"},
                                                                     {Cause::switch_variable, "switch_variable"},
                                                                     {Cause::late_input, "late_input"},
-                                                                    {Cause::exchanged_roles, "exchanged_roles"}}};
+                                                                    {Cause::exchanged_roles, "exchanged_roles"},
+                                                                    {Cause::imposed_motion, "imposed_motion"}}};
 }  // namespace
 
 std::string_view to_string(Cause cause) {

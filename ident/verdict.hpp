@@ -22,7 +22,8 @@ enum class Cause {
   noise,            ///< of a derivative or of a regressor
   switch_variable,  ///< a sign is that of the wrong motion
   late_input,       ///< what drives the motion arrives late, and not as a delay would have it: an actuator's lag
-  exchanged_roles   ///< what is called the base moves as a payload would
+  exchanged_roles,  ///< what is called the base moves as a payload would
+  imposed_motion    ///< a recorded force follows x and v, as where a machine imposes the motion
 };
 /// "not_found", "missing_input", ...
 [[nodiscard]] std::string_view to_string(Cause cause);

@@ -149,7 +149,8 @@ Rows library_rows() {
                   "A state z that nothing recorded, sought from the motion of one body whose displacement was; it "
                   "is kept where the samples ask for it. \"hysteresis\": a force with a memory; the equation of the "
                   "acceleration has -z, and z has one of its own. \"lag\": z follows a recorded input as an "
-                  "actuator of first order does, and acts in its place. Beside it order, constant, terms and only "
+                  "actuator of first order does, and acts in its place. With fit.target = \"f\" the motion was "
+                  "imposed and f, the force that it took, has z as a part. Beside it order, constant, terms and only "
                   "count.",
                   "\"none\""),
       Row::of("max_terms", library(&Options::max_terms), {.range = {.from = 1, .to = 10000}},
@@ -238,7 +239,8 @@ std::string written_methods(const Config& config) {
 Rows fit_rows() {
   Rows rows{section("fit", "Regression. `ardent help methods` describes the methods."),
             Row::of("target", in(&Config::fit, &FitConfig::target), {},
-                    "The signal that the equation explains: a, ddy, or another signal of the recording.")
+                    "The signal that the equation explains: a, ddy, or another signal of the recording; with "
+                    "library.inner = \"hysteresis\" f is the force on an imposed motion.")
                 .varied(),
             Row::custom("methods", {.text = true, .several = true},
                         "Which methods fit the equation. The first that is named is listed first; fast_rvm speaks for "

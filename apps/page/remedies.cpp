@@ -239,6 +239,14 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
   const bool has_name = fit.judgement.named.has_value();
   const ident::Cause cause = *fit.judgement.cause;
   const dsp::Prepared& prepared = results.inputs.front().prepared;
+  if (results.config.fit.target == "f" && has_displacement(results) && results.config.test_recordings.empty() &&
+      (cause == ident::Cause::missing_term || cause == ident::Cause::not_found)) {
+    found.push_back(
+        {"A force that x and v alone do not explain may have a memory. To find whether it has one, set in "
+         "the config:",
+         {"[library]", "inner = \"hysteresis\""}});
+    return;
+  }
   if ((cause == ident::Cause::missing_term && !has_name) || cause == ident::Cause::not_found)
     if (const auto angle = terms_of_angle(range, prepared.signals); !angle.empty()) {
       found.push_back(
@@ -273,6 +281,10 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
       for (std::size_t i = 0; i < results.inputs.size(); ++i)
         if (range.recording == 0 || range.recording == static_cast<int>(i) + 1)
           found.push_back(of_exchanged(results.inputs[i]));
+      break;
+    case ident::Cause::imposed_motion:
+      found.push_back({"If a machine imposes the motion, its force is what an equation is to be for. In the config:",
+                       {"[library]", "inner = \"hysteresis\"", "[fit]", "target = \"f\""}});
       break;
     case ident::Cause::noise:
     case ident::Cause::not_found:

@@ -27,7 +27,7 @@ bool base_at_rest(const dsp::Motion& signals) {
 std::vector<PhysicalTerm> physical_terms(const ChosenEquation& chosen, const RunResults& results) {
   const dsp::Prepared& prepared = results.inputs[chosen.range->rows.train.front().recording].prepared;
   const dsp::Signal* x = prepared.signals.find("x");
-  if (x == nullptr || chosen.range->orbit) return {};
+  if (x == nullptr || chosen.range->orbit || chosen.fit->judgement.cause == ident::Cause::imposed_motion) return {};
   const ident::Model& model = chosen.fit->model;
   PhysicalContext context{.x_unit = x->unit, .base_at_rest = base_at_rest(prepared.signals)};
   for (const ident::Extent& extent : model.extents)

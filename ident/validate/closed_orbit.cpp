@@ -258,4 +258,23 @@ std::optional<VectorXd> stds_of_orbit(const ClosedOrbit& orbit, const std::vecto
   return half / interval_95;
 }
 
+double share_along_motion(const std::vector<Row>& rows, const std::vector<Columns>& recordings) {
+  MatrixXd beside(std::ssize(rows), 4);  // 1, x, v; f
+  beside.col(0).setOnes();
+  for (Index i = 0; i < beside.rows(); ++i) {
+    const Row& row = rows[static_cast<std::size_t>(i)];
+    const dsp::Motion& motion = *recordings[row.recording].signals;
+    for (Index j = 1; j < 4; ++j) {
+      const dsp::Signal* const signal = motion.find(j == 1 ? "x" : j == 2 ? "v" : "f");
+      if (signal == nullptr) return 0.0;
+      beside(i, j) = signal->values(row.sample);
+    }
+  }
+  if (beside.rows() < beside.cols()) return 0.0;
+  const auto f = beside.col(3);
+  const double all = (f.array() - f.mean()).square().sum();
+  const double left_over = dsp::Qr(beside).triangle()(3, 3);
+  return all > 0.0 ? 1.0 - left_over * left_over / all : 0.0;
+}
+
 }  // namespace ident

@@ -29,6 +29,12 @@ struct ClosedOrbit {
                                                       const std::vector<Columns>& recordings,
                                                       const std::vector<Eigen::Index>& terms);
 
+/// Which share of the variance of the recorded force f on these rows 1, x and v explain; 0 where there is none. Of a
+/// motion and a force that share one frequency it is all, however the amplitude comes and goes, and whether the force
+/// drives the motion or a machine imposes it.
+inline constexpr double mostly_along_motion = 0.5;
+[[nodiscard]] double share_along_motion(const std::vector<Row>& rows, const std::vector<Columns>& recordings);
+
 /// To what standard deviation the coefficients of kept candidates (positions) are known by a closed orbit: the 95 %
 /// intervals by which they are in every equation of up to four candidates, or as many as are kept, that fits its lines
 /// as well, zero where it is in none. An oscillator has a spring, a damper, a force and one nonlinear term. Nothing

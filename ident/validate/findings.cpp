@@ -317,7 +317,8 @@ NamedCause cause_of_none(const RangeResult& range, const JudgedFit& fit) {
   const bool more_than_noise = found.above_noise || !found.noise_is_known;
   if (more_than_noise && is_of_the_state(fit, found)) return {Cause::missing_term};
   if (is_driven_otherwise(fit, found)) return {Cause::missing_input};
-  return {is_hidden(found) ? hiding_cause(fit) : Cause::not_found};
+  if (is_hidden(found)) return {hiding_cause(fit)};
+  return {range.along_motion > mostly_along_motion ? Cause::imposed_motion : Cause::not_found};
 }
 
 }  // namespace ident

@@ -70,6 +70,11 @@ std::string cause_clause(const RangeResult& range, const JudgedFit& fit, const F
           lateness_s(fit).value_or(0.0));
     case Cause::exchanged_roles:
       return exchanged_clause(range);
+    case Cause::imposed_motion:
+      return fmt::format(
+          "x and v explain {} of the recorded force, as where a machine imposes the motion; of a motion of "
+          "one frequency f, x'' = -(2 pi f)^2 x holds whatever it is of",
+          percent(range.along_motion));
     case Cause::switch_variable:
     case Cause::not_found:
       break;
@@ -239,6 +244,7 @@ std::optional<NamedCause> cause_asked(const Evidence& of, const Judgement& resul
   if (result.verdict == Verdict::describes) return std::nullopt;
   if (of.range.exchanged && (result.verdict == Verdict::does_not || of.found.above_noise))
     return NamedCause{Cause::exchanged_roles};
+  if (of.found.is_conservative && of.range.along_motion > mostly_along_motion) return NamedCause{Cause::imposed_motion};
   if (result.verdict == Verdict::undecided) return std::nullopt;
   const bool is_said = of.found.by_run == Verdict::describes &&
                        std::all_of(result.rules.begin(), result.rules.end(), [](auto* rule) { return rule->is_cause; });

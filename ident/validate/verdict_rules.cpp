@@ -60,6 +60,10 @@ bool is_orbit(const Evidence& of) {
   return of.range.orbit.has_value();
 }
 
+bool is_along_motion(const Evidence& of) {
+  return of.found.is_conservative && of.range.along_motion > mostly_along_motion;
+}
+
 std::string orbit_clause(const Evidence& of) {
   const ClosedOrbit& orbit = *of.range.orbit;
   return fmt::format(
@@ -169,7 +173,16 @@ constexpr std::array rules{
                 .holds = is_orbit,
                 .clause = orbit_clause},
     VerdictRule{
+        .name = "force_along_motion",
+        .at_most = Verdict::undecided,
+        .condition = "Nothing in the equation drives the motion or damps it, and x and v explain more than half "
+                     "of the recorded force, which is not in it",
+        .reason = "where motion and force share one frequency f, x'' = -(2 pi f)^2 x holds whatever the machine "
+                  "is; a force that drives a resonance from outside is not along x and v",
+        .holds = is_along_motion},
+    VerdictRule{
         .name = "larger_range",
+
         .at_most = Verdict::in_part,
         .condition = "A range with more rows has an equation that does not describe it",
         .reason = "of several ranges the one that flatters says little of the record",

@@ -1,8 +1,10 @@
+#include <fmt/format.h>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "sim/noise.hpp"
 #include "support/program.hpp"
 
 using nlohmann::json;
@@ -212,4 +214,76 @@ TEST_CASE("a force with a memory is found where it is asked for, and said to be 
              Catch::Contains("no-force") && Catch::Contains("which are others"));
   CHECK_THAT(ends(folder, "$ARDENT -q study own.csv -o s --set library.inner=hysteresis", 2),
              Catch::Contains("[library] inner"));
+}
+
+namespace {
+
+/// A machine runs a damper at 1 Hz (a quarter of the amplitude in the first cycles, all of it, less again): spring,
+/// dashpot and a part that yields, z' = k (v - (z^2 v + |v| z |z|) / (2 F^2)), by twenty steps a sample of second
+/// order.
+std::string damper_csv(double stroke_m, double hz) {
+  constexpr double rate_hz = 200.0, duration_s = 16.0, take_up = 80e3, yield = 300.0, two_pi = 6.283185307179586;
+  constexpr int parts = 20;
+  const auto amplitude = [&](double t) { return stroke_m * (0.25 + 0.75 * std::pow(std::sin(0.19 * t), 2)); };
+  const auto position = [&](double t) { return amplitude(t) * std::sin(two_pi * hz * t); };
+  const auto speed = [&](double t) { return (position(t + 1e-5) - position(t - 1e-5)) / 2e-5; };
+  const auto rate = [&](double z, double v) {
+    return take_up * (v - 0.5 * (z * z * v + std::abs(v) * z * std::abs(z)) / (yield * yield));
+  };
+  const sim::Noise noise(981500, 0);
+  std::string text = "t (s),x (m),f (N)\n";
+  double z = 0.0;
+  for (int k = 0; k < static_cast<int>(rate_hz * duration_s); ++k) {
+    const double t = k / rate_hz;
+    const double force = 2000.0 * position(t) + 50.0 * speed(t) + z + 2.0 * noise.normal(static_cast<std::uint64_t>(k));
+    text += fmt::format("{:.3f},{:.9g},{:.9g}\n", t, position(t), force);
+    for (int part = 0; part < parts; ++part) {
+      const double at = t + part / (rate_hz * parts), h = 1.0 / (rate_hz * parts);
+      const double half = z + 0.5 * h * rate(z, speed(at));
+      z += h * rate(half, speed(at + 0.5 * h));
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("a motion that a machine imposes is not taken for one of its own, and its force is found",
+          "[apps][bodies][memory]") {
+  const Scratch folder;
+  (void)folder.file("damper.csv", damper_csv(0.02, 1.0));
+  (void)folder.file("other.csv", damper_csv(0.012, 1.7));
+  (void)support::run(folder, "$ARDENT -q run damper.csv -o bare");
+  const json bare = document(folder, "bare/report.json");
+  const std::string screen = support::bytes_of(folder / "bare/equation.txt");
+  CAPTURE(screen);
+  CHECK_THAT(screen, !Catch::Contains("natural frequency") && !Catch::Contains("describes the record in part"));
+  CHECK_THAT(screen, Catch::Contains("target = \"f\"") || Catch::Contains("does not describe"));
+  // x and v alone do not make the force, and the line that is said for it works.
+  const auto plain = support::run(folder, "$ARDENT -q run damper.csv -o plain --set fit.target=f");
+  CAPTURE(plain.out);
+  CHECK_THAT(plain.out, Catch::Contains("inner = \"hysteresis\""));
+  (void)ends(folder, "$ARDENT -q run damper.csv -o run --set fit.target=f --set library.inner=hysteresis", 0);
+  const json result = document(folder, "run/equation.json");
+  CHECK(result["verdict"] == "describes");
+  CHECK(result["imposed"] == true);
+  CHECK(result["bodies"][0]["target"] == "f");
+  REQUIRE(result["inner"]["kept"] == true);
+  const std::map<std::string, double> truth{{"x", 2000.0}, {"v", 50.0}, {"z", 1.0}};
+  const json& terms = result["bodies"][0]["terms"];
+  REQUIRE(terms.size() == truth.size());
+  for (const json& term : terms)
+    CHECK(std::abs(term["mean"].get<double>() - truth.at(term["name"])) <= 4.0 * term["std"].get<double>());
+  CHECK(terms[0]["unit"] == "N/m");
+  CHECK(result["inner"]["terms"][0]["unit"] == "N/m");
+  CHECK(std::filesystem::exists(folder / "run/figures/memory-loop.svg"));
+  CHECK_THAT(support::bytes_of(folder / "run/predictions.csv"), Catch::StartsWith("t,f,f_free_run\n"));
+  (void)ends(folder, "$ARDENT -q run run", 0);  // the same bytes again
+  (void)ends(folder, "$ARDENT -q predict run other.csv -o predicted", 0);
+  CHECK(document(folder, "predicted/predict.json")["bodies"][0]["nmse"].get<double>() < 1e-3);
+  (void)ends(folder, "cut -d, -f1,2 other.csv > no-force.csv", 0);
+  (void)ends(folder, "$ARDENT -q predict run no-force.csv -o blind", 0);
+  CHECK_THAT(support::bytes_of(folder / "blind/predict.csv"), Catch::StartsWith("t,f_predicted\n"));
+  CHECK_THAT(ends(folder, "$ARDENT -q run no-force.csv -o no --set fit.target=f --set library.inner=hysteresis", 3),
+             Catch::Contains("no force was recorded"));
 }
