@@ -52,7 +52,7 @@ class MotionBuilder {
     if (!any_motion(recording_.channels))
       throw no_motion(recording_.name, recording_.channels,
                       find_derivatives(recording_.samples, recording_.sample_rate_hz),
-                      look_at(recording_.samples, recording_.sample_rate_hz));
+                      look_at(recording_.samples, recording_.sample_rate_hz), recording_.checks);
     const double rate_hz = recording_.sample_rate_hz;
     const Index n = recording_.samples.rows();
     Motion motion{.sample_rate_hz = rate_hz};

@@ -321,7 +321,7 @@ Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& optio
   prepared.channels = known.channels;
   prepared.x_is_difference = known.find(Role::x) < 0 && known.find(Role::y) >= 0 && known.find(Role::r) >= 0;
   prepared.clipped = std::move(intermediate.clipped);
-  prepared.checks = std::move(intermediate.recording.checks);
+  prepared.checks = intermediate.recording.checks;
   const auto folding =
       intermediate.spectrum.checks(intermediate.recording.channels, prepared.options.rate_hz, prepared.decimation);
   prepared.checks.insert(prepared.checks.end(), folding.begin(), folding.end());

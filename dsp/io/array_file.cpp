@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 
+#include "dsp/io/array_labels.hpp"
 #include "dsp/io/channel_roles.hpp"
 #include "dsp/io/found_clock.hpp"
 #include "dsp/io/rows_on_clock.hpp"
@@ -58,7 +59,7 @@ int axis_of(const FileArray& array, std::int64_t num_frames) {
 }
 
 bool is_time(const FileArray& array) {
-  return is_time_name(split_unit(array.name).base);
+  return is_time_name(split_unit(array.name).base) || is_time_name(split_unit(name_of_values(array)).base);
 }
 
 class ArrayFile final : public RowsOnClock {
@@ -146,6 +147,8 @@ class ArrayFile final : public RowsOnClock {
     require_memory(name_, bytes_, options.max_memory_bytes);
     for (const Used& one : used_)
       if (one.array->load) one.array->load();
+    for (FileArray& array : contents_.arrays)
+      if (array.read_texts) array.texts = array.read_texts();
   }
 
   [[nodiscard]] bool is_same(const Used& one, const Used& other) const {
@@ -195,25 +198,33 @@ class ArrayFile final : public RowsOnClock {
       if (one.array->rate_hz > 0.0) rate_hz_ = one.array->rate_hz;
     for (const FileArray& array : contents_.arrays) {
       const NamedUnit split = split_unit(array.name);
-      const auto is_step = is_step_key(array.name) ? is_step_key(array.name) : is_step_key(split.base);
-      if (!is_step || array.values == ValueKind::none || !long_sides(array).empty()) continue;
+      auto rate = rate_name(array.name);
+      if (!rate && (rate = rate_name(split.base)) && !split.unit.empty() &&
+          find_unit(split.unit).si == (rate->is_step ? "s" : "Hz"))
+        rate->factor = find_unit(split.unit).factor;
+      if (!rate || array.values == ValueKind::none || !long_sides(array).empty()) continue;
       if (array.load) array.load();
       double value = 0.0;
       array.read(0, 0, 1, &value, 1);
-      if (!split.unit.empty() && find_unit(split.unit).si == (*is_step ? "s" : "Hz"))
-        value *= find_unit(split.unit).factor;
-      if (!(value > 0.0) || !std::isfinite(value) || !std::isfinite(1.0 / value)) continue;
+      const double rate_hz = rate->rate_hz(value);
+      if (rate_hz == 0.0) continue;
       constexpr double rounding = 1e-12;
-      rate_hz_ = roundest_rate(*is_step ? 1.0 / value : value, rounding);
-      std::erase_if(info_.left_out, [&](const std::string& one) { return one.starts_with(array.name + " ("); });
+      rate_hz_ = roundest_rate(rate_hz, rounding);
+      not_left_out(array);
     }
+  }
+
+  void not_left_out(const FileArray& array) {
+    std::erase_if(info_.left_out,
+                  [&](const std::string& one) { return one.starts_with(array.group + array.name + " ("); });
   }
 
   void leave_out(const FileArray& array) {
     const auto own = length(array);
     const std::string name = array.group + array.name;
     info_.left_out.push_back(own > 1 ? fmt::format("{} ({} values, the longest {})", name, own, num_rows_)
-                                     : fmt::format("{} ({})", name, described(array)));
+                             : array.texts.size() == 1 ? fmt::format("{} ('{}')", name, clean_name(array.texts.front()))
+                                                       : fmt::format("{} ({})", name, described(array)));
     // A number by itself and a text are no signals.
     const bool is_one = long_sides(array).empty();
     lost_ = lost_ || (!is_one && array.kind != "char" && array.kind != "text") || array.kind == "struct" ||
@@ -226,28 +237,76 @@ class ArrayFile final : public RowsOnClock {
     info_.named = std::any_of(used_.begin(), used_.end(), [](const Used& one) { return !one.array->name.empty(); });
     for (Used& one : used_) {
       const FileArray& array = *one.array;
-      const std::string name = named[array.name] > 1 ? array.group + array.name : array.name;
+      const FileArray *names = nullptr, *units = nullptr;
       const auto sides = long_sides(array);
       one.first = info_.columns.size();
       one.count = sides.size() == 1 ? 1 : static_cast<std::size_t>(sides[one.axis == 0 ? 1 : 0]);
       require_memory(name_, 100.0 * static_cast<double>(one.first + one.count), options.max_memory_bytes);
-      const NamedUnit split = split_unit(name);
+      names = names_beside(contents_.arrays, array, one.count);
+      units = units_beside(contents_.arrays, array, one.count);
+      const std::string values = units != nullptr ? name_of_values(array) : "";
+      const std::string name = !values.empty() ? values : named[array.name] > 1 ? array.group + array.name : array.name;
       for (std::size_t i = 0; i < one.count; ++i) {
-        info_.columns.push_back(one.count == 1 || name.empty() ? name : fmt::format("{}_{}", split.base, i + 1));
-        info_.units.push_back(is_unit(array.unit) ? array.unit : split.unit);
+        const NamedUnit split = split_unit(names != nullptr ? clean_name(names->texts[i]) : name);
+        const std::string stated = units != nullptr ? units->texts[i] : array.unit;
+        const bool is_numbered = names == nullptr && one.count > 1 && !name.empty();
+        add_column(is_numbered        ? fmt::format("{}_{}", split.base, i + 1)
+                   : names != nullptr ? names->texts[i]
+                                      : name,
+                   is_unit(stated) ? stated : split.unit, is_unit(stated) || is_no_unit(stated) ? "" : stated);
       }
+      for (const FileArray* label : {names, units})
+        if (label != nullptr) not_left_out(*label);
       note_numbers(array, name);
     }
     info_.partial.resize(info_.columns.size());
+    take_listed_units();
     find_time_column(options);
+    leave_out_counts();
+  }
+
+  // As many units in one list as there are columns, all of its group and none with a unit of its own.
+  void take_listed_units() {
+    if (std::any_of(info_.units.begin(), info_.units.end(), [](const std::string& unit) { return !unit.empty(); }))
+      return;
+    const std::string& group = used_.front().array->group;
+    if (std::any_of(used_.begin(), used_.end(), [&](const Used& one) { return one.array->group != group; })) return;
+    const FileArray* units = units_beside(contents_.arrays, *used_.front().array, info_.columns.size());
+    if (units == nullptr || units->texts.size() < 2 || units->group != group) return;
+    for (std::size_t i = 0; i < info_.units.size(); ++i)
+      if (is_unit(units->texts[i])) info_.units[i] = units->texts[i];
+    not_left_out(*units);
+  }
+
+  // 0, 1, 2, ...: an index of rows.
+  void leave_out_counts() {
+    constexpr std::int64_t looked_at = 250, fewest = 8;  // fewer rise by ones by chance
+    for (const Used& one : used_) {
+      const std::string& name = info_.columns[one.first];
+      if (one.count != 1 || num_rows_ < fewest || name.empty() || static_cast<int>(one.first) == info_.time_column ||
+          names_signal(name))
+        continue;
+      const std::vector<double> steps = steps_of(values_of(one.first, looked_at));
+      if (std::any_of(steps.begin(), steps.end(), [](double step) { return step != 1.0; })) continue;
+      info_.partial[one.first] = true;
+      info_.left_out.push_back(fmt::format("{} (counts rows)", name));
+    }
+  }
+
+  // A unit that is not known stays in the name, as where the name itself has it.
+  void add_column(const std::string& name, std::string unit, const std::string& unknown_unit) {
+    const bool is_unknown = unit.empty() && !unknown_unit.empty();
+    info_.columns.push_back(clean_name(is_unknown ? fmt::format("{} ({})", name, unknown_unit) : name));
+    info_.units.push_back(std::move(unit));
   }
 
   void find_time_column(const OpenOptions& options) {
     for (const Used& one : used_)
       for (std::size_t i = one.first; i < one.first + one.count && info_.time_column < 0; ++i) {
-        const bool wanted = options.time_column.empty() ? is_time(*one.array)
-                                                        : options.time_column == info_.columns[i] ||
-                                                              options.time_column == std::to_string(i + 1);
+        const bool wanted =
+            options.time_column.empty()
+                ? is_time(*one.array) || is_time_name(split_unit(info_.columns[i]).base)
+                : options.time_column == info_.columns[i] || options.time_column == std::to_string(i + 1);
         if (wanted) info_.time_column = static_cast<int>(i);
       }
     if (!options.time_column.empty() && info_.time_column < 0)
@@ -312,7 +371,11 @@ class ArrayFile final : public RowsOnClock {
   void set_time(const OpenOptions& options) {
     info_.sample_rate_hz = rate_hz_.value_or(0.0);
     const bool is_named = info_.time_column >= 0;
-    if (!is_named && !rate_hz_) info_.time_column = clock_like_column(options);
+    if (!is_named) info_.time_column = clock_like_column(options);
+    constexpr std::int64_t looked_at = 250;
+    if (!is_named && info_.time_column >= 0 && rate_hz_ &&
+        !is_on_rate(values_of(static_cast<std::size_t>(info_.time_column), looked_at), *rate_hz_))
+      info_.time_column = -1;
     if (info_.time_column < 0 || !options.with_clock) return;
     require_memory(name_, bytes_ + clock_bytes_per_row * static_cast<double>(num_rows_), options.max_memory_bytes);
     const auto at = static_cast<std::size_t>(info_.time_column);

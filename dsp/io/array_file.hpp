@@ -27,8 +27,10 @@ struct FileArray {
   std::string kind;                 ///< "double", "complex double", "text": for what is left out
   std::vector<std::int64_t> shape;  ///< as the container has it
   ValueKind values = ValueKind::none;
-  double rate_hz = 0.0;                        ///< that the container states for this array; 0: none
-  double bytes = 0.0;                          ///< of memory, once loaded
+  std::vector<std::string> texts{};                        ///< what it holds where it is of texts, the first ones
+  std::function<std::vector<std::string>()> read_texts{};  ///< where they are read only if numbers are used
+  double rate_hz = 0.0;                                    ///< that the container states for this array; 0: none
+  double bytes = 0.0;                                      ///< of memory, once loaded
   std::function<void()> load{};                ///< called once before the first read, for those that are used
   ReadArray read{};                            ///< along the axes that are longer than 1
   std::function<std::size_t()> num_rounded{};  ///< whole numbers of more than 53 bits; none: there can be none
@@ -44,6 +46,7 @@ struct ArrayContents {
   std::string name{};    ///< for messages, where they are in memory and there is no file
 };
 
+/// Names and units of columns are those of texts beside them (array_labels.hpp).
 /// Every real array of numbers one side of which is as long as the longest vector is a column, or several side by side
 /// (name_1, name_2, ...); the rest is listed in left_out and in a check. A number by itself that is called as rates and
 /// steps are is the rate; a column called time, or the only one that rises evenly, the clock. Of several groups with

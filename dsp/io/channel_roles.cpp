@@ -280,16 +280,43 @@ std::string unit_by_gravity(const std::vector<Channel>& channels, const std::vec
   return "";
 }
 
+/// The only unit for a role among texts that a file has beside its numbers, "displacement units ('in')"; else empty.
+std::string stated_unit(const std::vector<Check>& checks, Role role) {
+  std::set<std::string> found;
+  for (const Check& check : checks) {
+    if (!check.name.ends_with(".left_out")) continue;
+    const std::string& text = check.message;
+    for (auto at = text.find("('"); at != text.npos; at = text.find("('", at + 2)) {
+      const std::string unit = text.substr(at + 2, text.find("')", at) - at - 2);
+      if (is_unit(unit) && find_unit(unit).si == si_unit(role)) found.insert(unit);
+    }
+  }
+  return found.size() == 1 ? *found.begin() : "";
+}
+
+std::string unit_line(Role role, const std::vector<Check>& checks, bool is_derivative = false) {
+  std::string unit = stated_unit(checks, role);
+  const int order = info_of(role).order;
+  if (unit.empty() && is_derivative)  // of the displacement
+    unit = stated_unit(checks, Role::x) + (order == 1 ? "/s" : "/s^2");
+  const bool is_stated = is_unit(unit);
+  return fmt::format("unit = \"{}\"  # {}\n", is_stated ? unit : si_unit(role),
+                     is_stated ? "as the file says beside it" : "or what its numbers are in");
+}
+
 /// The channel that moves most and what it would be, as lines of its [[channel]]; -1 without looks.
 struct Proposal {
   std::ptrdiff_t channel = -1;
   std::string lines;
 };
-Proposal proposal_by_looks(const std::vector<Channel>& channels, const std::vector<ChannelLook>& looks) {
+Proposal proposal_by_looks(const std::vector<Channel>& channels, const std::vector<ChannelLook>& looks,
+                           const std::vector<Check>& checks) {
   Proposal proposal;
   double widest = 0.0;
   for (std::size_t i = 0; i < looks.size(); ++i) {
-    const auto quantity = quantity_in(channels[i].unit);
+    auto quantity = quantity_in(channels[i].unit);
+    const auto named = reading_of({channels[i].name, ""}).quantity;  // its unit may be none that is known
+    if (!quantity && named && *named != Kind::input) quantity = named;
     const double span = looks[i].most - looks[i].least;
     if (info_of(channels[i].role).order >= 0 || quantity == Kind::force || !(span > widest)) continue;
     widest = span;
@@ -300,9 +327,10 @@ Proposal proposal_by_looks(const std::vector<Channel>& channels, const std::vect
                       : gravity.empty()       ? Role::x
                                               : Role::a;
     proposal.lines = fmt::format("role = \"{}\"  # it moves most\n", to_string(role));
-    if (!quantity)
-      proposal.lines += gravity.empty() ? "unit = \"m\"  # or what its numbers are in\n"
-                                        : fmt::format("unit = \"{}\"  # the means are gravity\n", gravity);
+    if (channels[i].unit.empty())
+      proposal.lines += role == Role::a && !gravity.empty()
+                            ? fmt::format("unit = \"{}\"  # the means are gravity\n", gravity)
+                            : unit_line(role, checks);
   }
   return proposal;
 }
@@ -444,18 +472,26 @@ bool any_motion(const std::vector<Channel>& channels) {
 }
 
 Fault no_motion(const std::string& recording, const std::vector<Channel>& channels,
-                const std::vector<FoundDerivative>& derivatives, const std::vector<ChannelLook>& looks) {
+                const std::vector<FoundDerivative>& derivatives, const std::vector<ChannelLook>& looks,
+                const std::vector<Check>& checks) {
   const std::vector<RoleGuess> proposed = along_derivatives(channels, derivatives);
   const bool is_chain =
       std::any_of(proposed.begin(), proposed.end(), [](const RoleGuess& guess) { return !guess.why.empty(); });
-  const Proposal by_looks = is_chain ? Proposal() : proposal_by_looks(channels, looks);
+  const Proposal by_looks = is_chain ? Proposal() : proposal_by_looks(channels, looks, checks);
   std::string lines = fmt::format("# role: {}; other where it is none of these\n", role_choices);
-  for (std::size_t i = 0; i < channels.size(); ++i)
-    lines += fmt::format("[[channel]]\nname = {}\n", toml_quoted(channels[i].name)) +
-             (static_cast<std::ptrdiff_t>(i) == by_looks.channel
-                  ? by_looks.lines
-                  : fmt::format("role = \"{}\"{}\n", to_string(proposed[i].role),
-                                proposed[i].why.empty() ? "" : "  # " + proposed[i].why));
+  for (const Check& check : checks)
+    if (check.name.ends_with(".left_out")) lines += fmt::format("# {}\n", check.message);
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    lines += fmt::format("[[channel]]\nname = {}\n", toml_quoted(channels[i].name));
+    if (static_cast<std::ptrdiff_t>(i) == by_looks.channel) {
+      lines += by_looks.lines;
+      continue;
+    }
+    const RoleGuess& guess = proposed[i];
+    lines += fmt::format("role = \"{}\"{}\n", to_string(guess.role), guess.why.empty() ? "" : "  # " + guess.why);
+    if (is_chain && channels[i].unit.empty() && info_of(guess.role).order >= 0)
+      lines += unit_line(guess.role, checks, !guess.why.empty());
+  }
   return Fault(
       FaultKind::input, "motion.none",
       fmt::format("{}: the relative motion cannot be formed: found {}. Want a displacement, velocity or acceleration "

@@ -56,11 +56,12 @@ struct ChannelLook {
 /// The question that is left where no relative motion can be had of the channels: Fault motion.none (input), whose
 /// lines() are [[channel]] tables for a sidecar with a role to be chosen in each. `derivatives`: which of them seem to
 /// be of which; where they make one chain from the open channels, x, v and a are proposed along it.
+/// What `checks` say the file holds besides stands above them: units are often among it.
 /// `looks`, where there are any, are shown, so that a person recognises a channel; where there is no chain, the channel
 /// that moves most is proposed, as an acceleration where the means of channels without a unit are gravity.
 [[nodiscard]] Fault no_motion(const std::string& recording, const std::vector<Channel>& channels,
                               const std::vector<FoundDerivative>& derivatives = {},
-                              const std::vector<ChannelLook>& looks = {});
+                              const std::vector<ChannelLook>& looks = {}, const std::vector<Check>& checks = {});
 
 /// Takes the roles from channels that x, y and z, with one unit or none and no other role beside them, name as axes of
 /// space rather than as relative motion, payload and state.

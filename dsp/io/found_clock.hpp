@@ -12,6 +12,9 @@ namespace dsp {
 /// missing (NaN) is no clock's. At least eight values: fewer rise by chance.
 [[nodiscard]] bool is_clock_like(const std::vector<double>& values);
 
+/// Whether a column of so many seconds rises as a stated rate has it.
+[[nodiscard]] bool is_on_rate(const std::vector<double>& time_s, double rate_hz);
+
 /// The unit of such a column.
 struct ClockUnit {
   std::string name;   ///< "s", "ms", "us", "ns"
@@ -26,6 +29,10 @@ struct ClockUnit {
 /// makes 10 Hz or more, and hold those for an uneven clock. `stamps.time_s` are the values as they are, `column` counts
 /// from 1.
 [[nodiscard]] std::optional<ClockUnit> unit_of_clock(const Stamps& stamps, int column, std::optional<double> rate_hz);
+
+/// A counter of `unit_s` that began anew at 2^16 or 2^32, as microcontrollers' do, goes on instead, with a note: where
+/// a stamp goes back by so much less a usual step.
+void unwrap_counter(Stamps& stamps, double unit_s, std::vector<Check>& checks);
 
 /// Puts the stamps of a column whose unit is not known in seconds: one that is called time is in seconds unless that
 /// would be slower than any vibration is sampled or another unit makes the stated rate. Throws as unit_of_clock, and

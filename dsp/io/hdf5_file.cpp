@@ -77,13 +77,41 @@ std::optional<std::string> text_attribute(hid_t object, const char* name) {
   return text;
 }
 
+/// Texts of an attribute or a dataset, a few; empty where it has none.
+template <class Read>
+std::vector<std::string> texts_in(const Hdf5Id& type, const Hdf5Id& space, Read&& read) {
+  constexpr hssize_t most = 1000;
+  constexpr std::size_t longest = 1 << 12;
+  const hssize_t count = H5Sget_simple_extent_npoints(space);
+  if (H5Tget_class(type) != H5T_STRING || count < 1 || count > most) return {};
+  std::vector<std::string> texts;
+  if (H5Tis_variable_str(type) > 0) {
+    std::vector<char*> pointers(static_cast<std::size_t>(count), nullptr);
+    const Hdf5Id memory(H5Tget_native_type(type, H5T_DIR_ASCEND), H5Tclose);
+    const bool is_read = read(memory, static_cast<void*>(pointers.data())) >= 0;
+    for (char* text : pointers) {
+      if (is_read) texts.emplace_back(text != nullptr ? text : "");
+      H5free_memory(text);
+    }
+    return texts;
+  }
+  const std::size_t size = H5Tget_size(type);
+  if (size == 0 || size > longest) return {};
+  std::string all(size * static_cast<std::size_t>(count), '\0');
+  if (read(type, static_cast<void*>(all.data())) < 0) return {};
+  for (std::size_t at = 0; at < all.size(); at += size) {
+    const std::string text = all.substr(at, size);
+    texts.push_back(text.substr(0, std::min(text.find('\0'), text.find_last_not_of(' ') + 1)));
+  }
+  return texts;
+}
+
 bool is_number_type(hid_t type) {
   const H5T_class_t kind = H5Tget_class(type);
   return kind == H5T_INTEGER || kind == H5T_FLOAT;
 }
 
-// The rate that attributes called as rates and steps are state; 0: none.
-double rate_attribute(hid_t object) {
+std::vector<std::string> attribute_names(hid_t object) {
   std::vector<std::string> names;
   H5Aiterate2(
       object, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr,
@@ -94,17 +122,21 @@ double rate_attribute(hid_t object) {
         return all.size() < most ? 0 : 1;
       },
       &names);
-  for (const std::string& name : names) {
-    const auto is_step = is_step_key(name);
-    if (!is_step) continue;
+  return names;
+}
+
+// The rate that attributes called as rates and steps are state; 0: none.
+double rate_attribute(hid_t object) {
+  for (const std::string& name : attribute_names(object)) {
+    const auto rate = rate_name(name);
+    if (!rate) continue;
     const Hdf5Id attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose);
     const Hdf5Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
     double value = 0.0;
     if (!attribute.is_open() || !is_number_type(type) || H5Sget_simple_extent_npoints(space) != 1 ||
         H5Aread(attribute, H5T_NATIVE_DOUBLE, &value) < 0)
       continue;
-    const double rate_hz = *is_step ? 1.0 / value : value;
-    if (value > 0.0 && std::isfinite(rate_hz)) return rate_hz;
+    if (const double rate_hz = rate->rate_hz(value); rate_hz > 0.0) return rate_hz;
   }
   return 0.0;
 }
@@ -181,7 +213,7 @@ class Hdf5Arrays {
 
   ArrayContents contents() {
     contents_ = {.container = is_matlab_ ? "MATLAB v7.3" : "HDF5", .prefix = is_matlab_ ? "mat" : "hdf5"};
-    contents_.rate_hz = rate_attribute(*file_);
+    contents_.rate_hz = rate_of_groups();
     std::vector<std::string> paths;
     const auto note = [](hid_t, const char* path, const H5O_info_t* info, void* into) -> herr_t {
       constexpr std::size_t most = 10'000;
@@ -199,6 +231,32 @@ class Hdf5Arrays {
   }
 
  private:
+  // Of the file, or the only one that its groups state.
+  [[nodiscard]] double rate_of_groups() const {
+    if (const double rate_hz = rate_attribute(*file_); rate_hz > 0.0) return rate_hz;
+    std::vector<double> rates_hz;
+    const auto note = [](hid_t file, const char* path, const H5O_info_t* info, void* into) -> herr_t {
+      constexpr std::size_t most = 1000;
+      auto& all = *static_cast<std::vector<double>*>(into);
+      if (info->type != H5O_TYPE_GROUP) return 0;
+      const Hdf5Id group(H5Oopen(file, path, H5P_DEFAULT), H5Oclose);
+      const double rate_hz = group.is_open() ? rate_attribute(group) : 0.0;
+      if (rate_hz > 0.0 && std::find(all.begin(), all.end(), rate_hz) == all.end()) all.push_back(rate_hz);
+      return all.size() < most ? 0 : 1;
+    };
+    if (H5Ovisit2(*file_, H5_INDEX_NAME, H5_ITER_INC, note, &rates_hz, H5O_INFO_BASIC) < 0) return 0.0;
+    return rates_hz.size() == 1 ? rates_hz.front() : 0.0;
+  }
+
+  // Of the group that a dataset is in, or of one around it.
+  [[nodiscard]] double rate_around(const std::string& path) const {
+    for (auto mark = path.rfind('/'); mark != path.npos && mark > 0; mark = path.rfind('/', mark - 1)) {
+      const Hdf5Id group(H5Oopen(*file_, path.substr(0, mark).c_str(), H5P_DEFAULT), H5Oclose);
+      if (const double rate_hz = group.is_open() ? rate_attribute(group) : 0.0; rate_hz > 0.0) return rate_hz;
+    }
+    return 0.0;
+  }
+
   [[nodiscard]] std::shared_ptr<Hdf5Id> open(const std::string& path) const {
     return std::make_shared<Hdf5Id>(H5Dopen2(*file_, path.c_str(), H5P_DEFAULT), H5Dclose);
   }
@@ -215,8 +273,31 @@ class Hdf5Arrays {
         add_cells(dataset, path))
       return;
     if (array.kind.empty()) set_kind(array, type, matlab);
-    if (array.values != ValueKind::none) make_readable(array, std::move(dataset));
+    if (array.kind == "text")
+      array.texts = texts_in(type, Hdf5Id(H5Dget_space(*dataset.id), H5Sclose), [&](hid_t memory, void* into) {
+        return H5Dread(*dataset.id, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, into);
+      });
+    if (array.values != ValueKind::none) {
+      add_lists_of(*dataset.id, array);
+      make_readable(array, std::move(dataset));
+    }
     contents_.arrays.push_back(std::move(array));
+  }
+
+  // Attributes that are lists of texts, as columns' names and units are.
+  void add_lists_of(hid_t dataset, const FileArray& array) {
+    for (const std::string& name : attribute_names(dataset)) {
+      const Hdf5Id attribute(H5Aopen(dataset, name.c_str(), H5P_DEFAULT), H5Aclose);
+      if (!attribute.is_open()) continue;
+      const Hdf5Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+      auto texts = texts_in(type, space, [&](hid_t memory, void* into) { return H5Aread(attribute, memory, into); });
+      if (texts.size() > 1)
+        contents_.arrays.push_back({.group = array.group + array.name + "/",
+                                    .name = name,
+                                    .kind = "text",
+                                    .shape = {static_cast<std::int64_t>(texts.size())},
+                                    .texts = std::move(texts)});
+    }
   }
 
   // Its place and shape; `kind` says why where it cannot be read whatever it holds.
@@ -233,6 +314,7 @@ class Hdf5Arrays {
     for (const char* key : {"units", "unit", "Units", "Unit", "unit_string"})
       if (array.unit.empty()) array.unit = text_attribute(*dataset.id, key).value_or("");
     array.rate_hz = rate_attribute(*dataset.id);
+    if (array.rate_hz == 0.0 && dataset.has_path) array.rate_hz = rate_around(dataset.path);
     const Hdf5Id space(H5Dget_space(*dataset.id), H5Sclose);
     const int rank = H5Sget_simple_extent_ndims(space);
     dataset.dims.resize(static_cast<std::size_t>(std::max(rank, 0)));

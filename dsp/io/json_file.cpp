@@ -44,16 +44,16 @@ class JsonColumns {
   bool number_unsigned(std::uint64_t value) { return put(static_cast<double>(value)); }
   bool number_float(double value, const std::string& /*text*/) { return put(value); }
   bool string(std::string& text) {
+    constexpr std::size_t most_texts = 10'000;
+    JsonColumn& column = current();
+    if (column.texts.size() < most_texts) column.texts.push_back(text);
     double value = json_missing;
     if (parse_cell(text, false, value) != Cell::bad) return put(value);
-    JsonColumn& column = current();
     if (const auto moment = parse_moment(text); moment && moment->has_time()) {
       column.is_time = true;
       return put(column.moments.seconds(*moment));
     }
-    constexpr std::size_t most_texts = 10'000;
     column.has_text = true;
-    if (column.texts.size() < most_texts) column.texts.push_back(text);
     return put(json_missing);
   }
   bool binary(nlohmann::json::binary_t& /*bytes*/) { return false; }
@@ -206,19 +206,7 @@ std::string joined_path(std::string path) {
   return path.empty() ? "" : path.substr(1);
 }
 
-// Texts beside a matrix that are as many as its columns name them.
-std::vector<std::string> names_beside(const std::string& path, std::size_t width,
-                                      const std::map<std::string, JsonColumn>& columns) {
-  const std::string group = path.substr(0, path.rfind(key_mark) == path.npos ? 0 : path.rfind(key_mark));
-  for (const auto& [other, column] : columns) {
-    const std::string own = other.substr(0, other.rfind(key_mark) == other.npos ? 0 : other.rfind(key_mark));
-    if (own == group && column.texts.size() == width) return column.texts;
-  }
-  return {};
-}
-
-void add_column(const std::string& path, JsonColumn& column, const std::map<std::string, JsonColumn>& all,
-                ArrayContents& contents) {
+void add_column(const std::string& path, JsonColumn& column, ArrayContents& contents) {
   if (column.num_records && column.values.size() < *column.num_records)
     column.values.resize(*column.num_records, json_missing);
   const std::string whole = joined_path(path);
@@ -233,24 +221,20 @@ void add_column(const std::string& path, JsonColumn& column, const std::map<std:
   }
   if (column.is_listed) array.shape = {static_cast<std::int64_t>(column.width > 0 ? size / column.width : size)};
   if (column.width > 0) array.shape.push_back(static_cast<std::int64_t>(column.width));
-  const auto names = column.width > 0 ? names_beside(path, column.width, all) : std::vector<std::string>();
   const auto values = std::make_shared<const std::vector<double>>(std::move(column.values));
   const auto bytes = [values](std::uint64_t offset, std::size_t) {
     return reinterpret_cast<const char*>(values->data()) + offset;
   };
   constexpr std::uint64_t each = sizeof(double);
-  if (!names.empty()) array.shape.pop_back();
   std::vector<std::uint64_t> shape, steps;
   for (std::size_t i = 0; i < array.shape.size(); ++i) {
     if (array.shape[i] == 1) continue;
     shape.push_back(static_cast<std::uint64_t>(array.shape[i]));
     steps.push_back(i == 0 ? each * std::max<std::size_t>(column.width, 1) : each);
   }
-  for (std::size_t k = 0; k < std::max<std::size_t>(names.size(), 1); ++k) {
-    if (!names.empty()) array.name = names[k];
-    if (array.values != ValueKind::none) array.read = strided({}, shape, steps, k * each, bytes);
-    contents.arrays.push_back(array);
-  }
+  if (array.values != ValueKind::none) array.read = strided({}, shape, steps, 0, bytes);
+  if (column.has_text) array.texts = std::move(column.texts);
+  contents.arrays.push_back(std::move(array));
 }
 
 }  // namespace
@@ -265,8 +249,7 @@ std::unique_ptr<SampleSource> open_json_file(std::unique_ptr<InputFile> file, co
   JsonColumns columns(file->name());
   parse(text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text, columns, file->name());
   ArrayContents contents{.container = "JSON", .prefix = "json"};
-  for (const std::string& path : columns.order())
-    add_column(path, columns.columns()[path], columns.columns(), contents);
+  for (const std::string& path : columns.order()) add_column(path, columns.columns()[path], contents);
   return open_arrays(std::move(file), std::move(contents), options);
 }
 

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
 #include "dsp/io/array_file.hpp"
@@ -108,6 +109,8 @@ class MatArrays : public std::enable_shared_from_this<MatArrays> {
     FileArray array{.group = group, .name = name, .kind = kind_of(part), .values = values_of(part)};
     for (int i = 0; i < part.rank; ++i) array.shape.push_back(static_cast<std::int64_t>(part.dims[i]));
     if (array.values != ValueKind::none) make_readable(array, variable, part);
+    if (part.class_type == MAT_C_CHAR || part.class_type == MAT_C_CELL)
+      array.read_texts = [self = shared_from_this(), variable, &part] { return self->texts_of(*variable, part); };
     contents_.arrays.push_back(std::move(array));
   }
 
@@ -172,11 +175,58 @@ class MatArrays : public std::enable_shared_from_this<MatArrays> {
       array.num_rounded = [variable, &part, count] { return num_rounded<std::uint64_t>(part, count); };
   }
 
+  // Of a line of characters, or of a cell of such; empty of anything else.
+  [[nodiscard]] std::vector<std::string> texts_of(Variable& variable, matvar_t& part) {
+    constexpr std::size_t most = 1000;
+    std::size_t count = 1;
+    for (int i = 0; i < part.rank && count <= most; ++i) count *= part.dims[i];
+    if (part.class_type == MAT_C_CELL && (count == 0 || count > most)) return {};
+    if (!is_read(variable)) return {};
+    if (part.class_type == MAT_C_CHAR) return text_of(part) ? std::vector{*text_of(part)} : std::vector<std::string>();
+    std::vector<std::string> texts;
+    for (std::size_t i = 0; part.data != nullptr && i < count; ++i) {
+      const matvar_t* cell = Mat_VarGetCell(&part, static_cast<int>(i));
+      const auto text = cell == nullptr ? std::nullopt : text_of(*cell);
+      if (!text) return {};
+      texts.push_back(*text);
+    }
+    return texts;
+  }
+
+  [[nodiscard]] static std::optional<std::string> text_of(const matvar_t& line) {
+    constexpr std::size_t longest = 1000;
+    if (line.class_type != MAT_C_CHAR || line.rank != 2 || line.dims[0] > 1 || line.dims[1] > longest)
+      return std::nullopt;
+    const std::size_t count = line.dims[0] * line.dims[1];
+    if (count == 0) return "";
+    const bool is_wide = line.data_type == MAT_T_UINT16 || line.data_type == MAT_T_UTF16;
+    if (line.data == nullptr || line.nbytes < count * (is_wide ? 2 : 1)) return std::nullopt;
+    std::string text;
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint16_t code = 0;
+      if (is_wide)
+        std::memcpy(&code, static_cast<const char*>(line.data) + 2 * i, 2);
+      else
+        code = static_cast<const unsigned char*>(line.data)[i];
+      if (code < 0x80 || line.data_type == MAT_T_UTF8) {
+        text += static_cast<char>(code);
+      } else {
+        if (code >= 0x800) text += static_cast<char>(0xe0 | (code >> 12));
+        text += static_cast<char>(code >= 0x800 ? 0x80 | ((code >> 6) & 0x3f) : 0xc0 | (code >> 6));
+        text += static_cast<char>(0x80 | (code & 0x3f));
+      }
+    }
+    return text;
+  }
+
+  [[nodiscard]] bool is_read(Variable& variable) {
+    if (!variable.is_loaded && Mat_VarReadDataAll(mat_.get(), variable.whole.get()) != 0) return false;
+    return variable.is_loaded = true;
+  }
+
   void load(Variable& variable, const matvar_t& part, std::uint64_t size) {
-    matvar_t* whole = variable.whole.get();
-    if (!variable.is_loaded && Mat_VarReadDataAll(mat_.get(), whole) != 0)
-      throw damaged(fmt::format("cannot read {}", whole->name != nullptr ? whole->name : ""));
-    variable.is_loaded = true;
+    const char* name = variable.whole->name;
+    if (!is_read(variable)) throw damaged(fmt::format("cannot read {}", name != nullptr ? name : ""));
     if (size > 0 && (part.data == nullptr || part.nbytes < size)) throw damaged("a variable has no data");
   }
 

@@ -41,11 +41,11 @@ class Rest {
     return true;
   }
 
-  /// A point or comma and digits behind it, where there is one. `digit` becomes what the last one means.
-  bool fraction(double& value, double& digit) {
+  /// One of `marks` and digits behind it, where there is one. `digit` becomes what the last one means.
+  bool fraction(double& value, double& digit, std::string_view marks) {
     value = 0.0;
     digit = 1.0;
-    if (!mark(".,")) return true;
+    if (!mark(marks)) return true;
     std::size_t count = 0;
     while (count < text_.size() && text_[count] >= '0' && text_[count] <= '9') ++count;
     constexpr std::size_t most = 15;
@@ -115,10 +115,14 @@ bool read_named_date(Rest& rest, Moment& moment) {
   return rest.digits(4, 4, year) && set_day(moment, year, month, day);
 }
 
-/// 2026-11-20, 2026/11/20, 20.11.2026, 11/20/2026, 20-Nov-2026.
+/// 20261120T with what is behind it, 2026-11-20, 2026/11/20, 20.11.2026, 11/20/2026, 20-Nov-2026.
 bool read_date(Rest& rest, Moment& moment) {
   int first = 0, second = 0, third = 0;
-  Rest from_year = rest;
+  Rest from_year = rest, joined = rest;
+  if (joined.digits(4, 4, first) && joined.digits(2, 2, second) && joined.digits(2, 2, third) && joined.mark("T")) {
+    rest = joined;
+    return set_day(moment, first, second, third);
+  }
   if (from_year.digits(4, 4, first) && from_year.mark("-/.")) {
     const char mark = from_year.last_mark();
     if (!from_year.digits(1, 2, second) || !from_year.mark({&mark, 1}) || !from_year.digits(1, 2, third)) return false;
@@ -136,14 +140,25 @@ bool read_date(Rest& rest, Moment& moment) {
   return first >= 1 && second >= 1 && first <= 31 && second <= 31;  // of day and month, which is which?
 }
 
-/// 10:00:00.123, 12.3 behind minutes.
-bool read_time(Rest& rest, Moment& moment) {
+/// 10:00:00.123, 10:00:00:123, 12.3 behind minutes; behind a date 10.00.00,123 and 100000.123, too.
+bool read_time(Rest& rest, Moment& moment, bool has_date) {
   int first = 0, second = 0, third = 0;
   double fraction = 0.0;
-  if (!rest.digits(1, 3, first) || !rest.mark(":") || !rest.digits(2, 2, second) || second >= 60) return false;
-  const bool with_hours = rest.mark(":");
-  if (with_hours && !rest.digits(2, 2, third)) return false;
-  if (!rest.fraction(fraction, moment.digit_s) || third > 60) return false;
+  Rest joined = rest, dotted = rest;
+  const bool is_joined = has_date && joined.digits(2, 2, first) && joined.digits(2, 2, second) && second < 60 &&
+                         joined.digits(2, 2, third);
+  const bool is_dotted = !is_joined && has_date && dotted.digits(2, 2, first) && dotted.mark(".") &&
+                         dotted.digits(2, 2, second) && second < 60 && dotted.mark(".") && dotted.digits(2, 2, third);
+  bool with_hours = is_joined || is_dotted;
+  if (with_hours) {
+    rest = is_joined ? joined : dotted;
+  } else {
+    third = 0;
+    if (!rest.digits(1, 3, first) || !rest.mark(":") || !rest.digits(2, 2, second) || second >= 60) return false;
+    with_hours = rest.mark(":");
+    if (with_hours && !rest.digits(2, 2, third)) return false;
+  }
+  if (!rest.fraction(fraction, moment.digit_s, with_hours ? ".,:" : ".,") || third > 60) return false;
   if (!with_hours && moment.digit_s == 1.0) return false;  // hours and minutes are no time of a sample
   moment.second =
       with_hours ? first * hour_s + second * minute_s + (third + fraction) : first * minute_s + (second + fraction);
@@ -184,10 +199,16 @@ std::optional<Moment> parse_moment(std::string_view text) {
   if (has_date) {
     rest = date;
     if (rest.empty()) return moment;
-    if (!rest.mark("Tt_") && !rest.mark(" ")) return std::nullopt;
+    if (rest.last_mark() != 'T' && !rest.mark("Tt_") && !rest.mark(" ")) return std::nullopt;
     rest.blanks();
   }
-  if (!read_time(rest, moment) || !read_zone(rest, moment) || !rest.empty()) return std::nullopt;
+  int days = 0;
+  if (Rest span = rest; !has_date && span.digits(1, 4, days) && span.mark(".")) {
+    if (!read_time(span, moment, false) || !span.empty()) return std::nullopt;
+    moment.second += days * day_s;
+    return moment;
+  }
+  if (!read_time(rest, moment, has_date) || !read_zone(rest, moment) || !rest.empty()) return std::nullopt;
   return moment;
 }
 

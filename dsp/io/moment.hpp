@@ -14,10 +14,11 @@ struct Moment {
   [[nodiscard]] bool has_time() const { return digit_s > 0.0; }
 };
 
-/// Reads "2026-11-20T10:00:00.123+01:00", "20.11.2026 10:00:00,123", "20-Nov-2026 10:00:00.123" (months in five
-/// languages), "2026/11/20 10:00:00", "11/20/2026 10:00:00 AM" (a date of this kind has no clear order of day and
-/// month), "10:00:00.123" (hours may go beyond 24), "00:12.3" (minutes and seconds, as spreadsheets print them) and
-/// dates alone. Blanks and quotes around it are dropped. Nothing where it is none of these.
+/// Reads "2026-11-20T10:00:00.123+01:00", "20261120T100000.123Z", "20.11.2026 10:00:00,123", "20-Nov-2026
+/// 10:00:00.123" (months in five languages), "2026/11/20 10:00:00", "2026-11-20 10.00.00,123", "11/20/2026 10:00:00 AM"
+/// (a date of this kind has no clear order of day and month), "10:00:00.123" (hours may go beyond 24), "10:00:00:123",
+/// "1.10:00:00.123" (days before hours), "00:12.3" (minutes and seconds, as spreadsheets print them) and dates alone.
+/// Blanks and quotes around it are dropped. Nothing where it is none of these.
 [[nodiscard]] std::optional<Moment> parse_moment(std::string_view text);
 
 /// Makes moments of one record, in their order, seconds since the midnight before the first. Where no date is printed a

@@ -1,10 +1,12 @@
 #include "dsp/io/table_cells.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace dsp {
 
@@ -58,6 +60,48 @@ std::string without_grouping(std::string_view text, char mark, char decimal) {
   return is_grouped && digits == group && point != text.npos ? plain.append(text.substr(point)) : "";
 }
 
+/// Signs that word processors and spreadsheets put into numbers, as plain ones: a minus of typography, blanks that do
+/// not break lines.
+std::string with_plain_signs(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> signs{
+      {{"\xe2\x88\x92", "-"}, {"\xc2\xa0", " "}, {"\xe2\x80\xaf", " "}, {"\xe2\x80\x89", " "}, {"\xe2\x80\x99", "'"}}};
+  std::string plain(text);
+  for (const auto& [sign, meant] : signs)
+    for (auto at = plain.find(sign); at != plain.npos; at = plain.find(sign, at + 1))
+      plain.replace(at, sign.size(), meant);
+  return std::string(trimmed(plain));
+}
+
+/// "20006.9" for "20 006.9" and "20'006.9": marks that can be nothing else between groups of three digits. As it is
+/// where they are not between such.
+std::string without_spaced_grouping(const std::string& text) {
+  const auto is_digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != ' ' && text[i] != '\'') {
+      plain += text[i];
+      continue;
+    }
+    const bool is_group = i > 0 && is_digit(i - 1) && is_digit(i + 1) && is_digit(i + 2) && is_digit(i + 3);
+    if (!is_group || is_digit(i + 4)) return text;
+  }
+  return plain;
+}
+
+/// What instruments and spreadsheets print where they have no value: words, errors (#N/A), marks alone (--, ****).
+bool is_missing_word(std::string_view text) {
+  constexpr std::array<std::string_view, 16> words{"na",  "n/a",   "n.a.", "null",   "none",     "ol",
+                                                   "o.l", "ovl",   "ovld", "over",   "overload", "overflow",
+                                                   "err", "error", "inv",  "invalid"};
+  constexpr std::size_t longest = 16;
+  if (text.size() > longest) return false;
+  if (text.find_first_not_of("-*.?#/_") == text.npos) return true;
+  if (text.front() == '#' && text.find_first_of("!?/") != text.npos) return true;
+  std::string word(text.substr(text.find_first_not_of("+-") == text.npos ? 0 : text.find_first_not_of("+-")));
+  for (char& c : word) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
 }  // namespace
 
 Cell parse_cell(std::string_view field, bool decimal_comma, double& value) {
@@ -77,7 +121,12 @@ Cell parse_cell(std::string_view field, bool decimal_comma, double& value) {
   auto text = unquoted(field);
   if (text.starts_with('+') && text.size() > 1 && text[1] != '-') text.remove_prefix(1);
   if (text.empty()) return Cell::missing;
-  std::string point;
+  constexpr std::size_t longest_number = 64;
+  std::string plain, point;
+  if (text.size() <= longest_number && text.find_first_of(" '\xe2\xc2") != text.npos) {
+    plain = without_spaced_grouping(with_plain_signs(text));
+    text = plain;
+  }
   if (text.find(',') != text.npos) point = without_grouping(text, decimal_comma ? '.' : ',', decimal_comma ? ',' : '.');
   if (decimal_comma) {
     if (point.empty()) point = text;
@@ -93,9 +142,7 @@ Cell parse_cell(std::string_view field, bool decimal_comma, double& value) {
   }
   if (cell != Cell::number) value = std::numeric_limits<double>::quiet_NaN();
   if (cell != Cell::bad) return cell;
-  for (const char* word : {"NA", "na", "N/A", "n/a", "NULL", "null"})
-    if (text == word) return Cell::missing;
-  return Cell::bad;
+  return is_missing_word(text) ? Cell::missing : Cell::bad;
 }
 
 double last_digit(std::string_view number) {

@@ -23,7 +23,8 @@ class Fields {
 };
 
 enum class Cell { number, missing, bad };
-/// Reads one field; missing (empty, NaN, NA, null): NaN. A number too large for a double is bad, one too small is 0.
+/// Reads one field; missing (empty, NaN, NA, null, OL, #N/A, --, ****): NaN. Thousands may be marked where decimals are
+/// behind them, by blanks and apostrophes always. A number too large for a double is bad, one too small is 0.
 [[nodiscard]] Cell parse_cell(std::string_view field, bool decimal_comma, double& value);
 
 /// What the last printed digit of a number means: 1e-6 for "0.000312", 1e-11 for "1.953125E-5".

@@ -57,7 +57,10 @@ bool counts_rows(const std::vector<double>& values) {
   constexpr std::size_t fewest = 8;  // fewer rise by ones by chance
   if (values.size() < fewest) return false;
   const auto steps = steps_of(values);
-  return std::all_of(steps.begin(), steps.end(), [](double step) { return step == 1.0; });
+  const auto ones = std::count(steps.begin(), steps.end(), 1.0);
+  constexpr double usual = 0.9;  // where rows are lost the count goes on
+  return static_cast<double>(ones) >= usual * static_cast<double>(steps.size()) &&
+         std::all_of(steps.begin(), steps.end(), [](double step) { return step >= 1.0 && step == std::floor(step); });
 }
 
 // "Run 2: Position" without "Run 2:".
@@ -158,6 +161,14 @@ bool may_be_clock(const TableColumn& column) {
          (speaks_of_time(base) || is_numbered_time(base));
 }
 
+// Without the second of rows that a recorder wrote twice, where they are few.
+std::vector<double> without_repeats(const std::vector<double>& values) {
+  constexpr double most = 0.1;
+  std::vector<double> kept = values;
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  return static_cast<double>(kept.size()) > (1.0 - most) * static_cast<double>(values.size()) ? kept : values;
+}
+
 // Of several clocks in one table the fastest; the signals behind a slower one, up to the next clock, are on that.
 void leave_out_slower_clocks(TableLayout& layout, const std::vector<Beginning>& first) {
   std::vector<std::size_t> clocks;
@@ -198,7 +209,7 @@ void find_time(TableLayout& layout, const std::vector<Beginning>& first) {
     if (first[i].has_time_of_day) by_moment.push_back(static_cast<int>(i));
     if (column.holds_moments || column.holds_text) continue;
     if (is_time_name(base)) by_name.push_back(static_cast<int>(i));
-    if (speaks_of_time(base) && !is_in_unknown_unit(base) && is_clock_like(first[i].values))
+    if (speaks_of_time(base) && !is_in_unknown_unit(base) && is_clock_like(without_repeats(first[i].values)))
       by_word.push_back(static_cast<int>(i));
   }
   leave_out_slower_clocks(layout, first);
@@ -235,11 +246,40 @@ std::string why_left_out(const TableColumn& column, const Beginning& first) {
   if (may_be_time(column) && speaks_of_time(base_of(column)) && is_clock_like(first.values))
     return "another time column";
   const auto both = [](double value, double next) { return std::isfinite(value) && std::isfinite(next); };
+  constexpr std::size_t few = 10;  // times fewer than rows
+  const auto is_value = [](double value) { return std::isfinite(value); };
+  const auto from_last = std::find_if(first.values.rbegin(), first.values.rend(), is_value) - first.values.rbegin();
+  if (first.num_values > 0 && few * (first.values.size() - static_cast<std::size_t>(from_last)) < first.values.size())
+    return fmt::format("values in {} of the first {} rows", first.num_values, first.values.size());
   const bool is_slower =
       first.num_values > 2 && std::adjacent_find(first.values.begin(), first.values.end(), both) == first.values.end();
   if (is_slower && 2 * first.num_values <= first.values.size() + 1)
     return fmt::format("values in {} of the first {} rows", first.num_values, first.values.size());
   return "";
+}
+
+// Columns without a value in the first rows, nor in the last.
+void leave_out_empty(TableLayout& layout, const std::vector<Beginning>& first, const InputFile& file) {
+  constexpr std::uint64_t looked_at = std::uint64_t{1} << 14;
+  const auto is_open = [&](std::size_t i) {
+    const TableColumn& column = layout.columns[i];
+    return first[i].num_values == 0 && column.left_out.empty() && static_cast<int>(i) != layout.time_column;
+  };
+  std::vector<bool> is_empty(first.size());
+  for (std::size_t i = 0; i < first.size(); ++i) is_empty[i] = is_open(i);
+  if (std::find(is_empty.begin(), is_empty.end(), true) == is_empty.end()) return;
+  const auto from = std::max(layout.data_offset, file.size() - std::min(file.size(), looked_at));
+  const std::string text = file.text(from, static_cast<std::size_t>(file.size() - from));
+  for (std::size_t at = 0; at < text.size();) {
+    const auto end = std::min(text.find('\n', at), text.size());
+    const auto cells = layout.style.cells(std::string_view(text).substr(at, end - at));
+    double value = 0.0;
+    for (std::size_t i = 0; i < std::min(cells.size(), is_empty.size()); ++i)
+      if (parse_cell(cells[i], layout.style.decimal_comma, value) != Cell::missing) is_empty[i] = false;
+    at = end + 1;
+  }
+  for (std::size_t i = 0; i < first.size(); ++i)
+    if (is_empty[i]) layout.columns[i].left_out = "no values";
 }
 
 }  // namespace
@@ -270,6 +310,7 @@ void find_contents(TableLayout& layout, const std::vector<TableLine>& lines, con
     if (column.left_out.empty() && static_cast<int>(i) != layout.time_column)
       column.left_out = why_left_out(column, first[i]);
   }
+  leave_out_empty(layout, first, file);
 }
 
 void note_left_out(TableLayout& layout, const InputFile& file) {

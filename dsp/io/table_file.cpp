@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
 
+#include "dsp/io/foreign_file.hpp"
 #include "dsp/io/found_clock.hpp"
 #include "dsp/io/moment.hpp"
 #include "dsp/io/rows_on_clock.hpp"
@@ -32,6 +34,8 @@ class RowLines {
       const auto text = trimmed(line);
       if (in_header == 2 || text.empty() || text.front() == '#' || text.front() == '%') {
         in_header = in_header == 2 ? 0 : in_header;  // the line of names ends a header
+      } else if (in_header == 0 && text == layout_->names_line) {
+        ++num_headers_;
       } else if (in_header == 1) {
         in_header = text.starts_with(layout_->header_end) ? 2 : 1;
       } else if (!layout_->header_again.empty() && text.starts_with(layout_->header_again)) {
@@ -44,8 +48,10 @@ class RowLines {
   }
   [[nodiscard]] std::int64_t number() const { return lines_.number(); }
   [[nodiscard]] bool ended() const { return lines_.ended(); }
+  [[nodiscard]] std::int64_t num_headers() const { return num_headers_; }  ///< lines of names between the rows so far
 
  private:
+  std::int64_t num_headers_ = 0;
   TextLines lines_;
   const TableLayout* layout_;
 };
@@ -224,10 +230,16 @@ class TableFile : public RowsOnClock {
       repeats.look_at(stamps.time_s, line);
     }
     if (info_.num_frames == 0) throw fault("table.empty", "no whole row");
+    note_headers();
     if (clock_column_ >= 0) stamps.printed_to_s = printed_.coarsest();
     if (options.with_clock && layout_.time_column >= 0 && repeats.are_slips(info_.num_frames))
       leave_out(repeats.rows, stamps);
+    if (options.with_clock && layout_.time_column >= 0 && !options.rate_hz)
+      refuse_turns(stamps, repeats.are_whole_rows);
+    unwrap_counter(stamps, clock_column_ >= 0 && !clock().unit.empty() ? find_unit(clock().unit).factor : 1.0,
+                   info_.checks);
     settle_clock(stamps, options);
+    if (options.with_clock && layout_.time_column >= 0) refuse_backwards(stamps);
     if (layout_.time_column < 0 || !options.with_clock) {
       info_.sample_rate_hz = layout_.rate_hz.value_or(0.0);
       return;
@@ -241,7 +253,8 @@ class TableFile : public RowsOnClock {
   // Which column is the clock, if one rises as a clock does, and in what unit it is.
   void settle_clock(Stamps& stamps, const OpenOptions& options) {
     const bool is_named = layout_.time_column >= 0;
-    if (clock_column_ < 0 || (!is_named && (layout_.rate_hz || !is_clock_like(stamps.time_s)))) return;
+    if (clock_column_ < 0 || (!is_named && !is_clock_like(stamps.time_s))) return;
+    if (!is_named && layout_.rate_hz && !is_on_rate(stamps.time_s, *layout_.rate_hz)) return;  // a ramp
     if (options.with_clock && clock().unit.empty())
       settle_unit(stamps, clock_column_ + 1, is_named, options.rate_hz, info_.checks);
     layout_.time_column = info_.time_column = clock_column_;
@@ -258,6 +271,52 @@ class TableFile : public RowsOnClock {
          fmt::format("{}: the time column is in s, so its rows are {:.4g} s apart. If it is in ms, write name = \"t\", "
                      "index = {}, role = \"t\", unit = \"ms\" into a [[channel]] of the sidecar",
                      file_->name(), 1.0 / info_.sample_rate_hz, layout_.time_column + 1)});
+  }
+
+  void note_headers() {
+    if (lines_.num_headers() == 0) return;
+    info_.checks.push_back({"table.header_again", "", CheckStatus::note, static_cast<double>(lines_.num_headers()), 0.0,
+                            fmt::format("{}: the line of names stands between rows, too, {} times; the rows behind "
+                                        "it were read on",
+                                        file_->name(), lines_.num_headers())});
+  }
+
+  // Rows of several channels in turn, each with its label, have each time as often as there are channels.
+  void refuse_turns(const Stamps& stamps, bool are_whole_rows) const {
+    const auto& time_s = stamps.time_s;
+    if (are_whole_rows || time_s.size() < 2 || time_s[0] != time_s[1]) return;
+    const auto label = std::find_if(layout_.columns.begin(), layout_.columns.end(),
+                                    [](const TableColumn& column) { return column.holds_text; });
+    if (label == layout_.columns.end() || !layout_.named) return;
+    const auto value = std::find_if(layout_.columns.begin(), layout_.columns.end(), [&](const TableColumn& column) {
+      return column.left_out.empty() && &column != &clock();
+    });
+    if (value == layout_.columns.end()) return;
+    const std::string path = path_to_paste(*file_);
+    const char separator = layout_.style.separator;
+    throw Fault(
+        FaultKind::input, "table.turns",
+        fmt::format("{}: several rows have the same time and column {} tells them apart: channels take turns. "
+                    "Give each a column, with pip install pandas: python3 -c \"import pandas; "
+                    "d = pandas.read_csv('{}', sep='{}', decimal='{}'); c = d.columns; "
+                    "d.pivot(index=c[{}], columns=c[{}], values=c[{}]).to_csv('{}.wide.csv')\"",
+                    file_->name(), file_->quoted(label->name), path,
+                    separator == '\t' ? "\\t" : std::string(1, separator), layout_.style.decimal_comma ? ',' : '.',
+                    clock_column_, label - layout_.columns.begin(), value - layout_.columns.begin(), path));
+  }
+
+  // Where a recorder began anew.
+  void refuse_backwards(const Stamps& stamps) const {
+    const auto& time_s = stamps.time_s;
+    const auto before = std::adjacent_find(time_s.begin(), time_s.end(), std::greater<>());
+    if (before == time_s.end()) return;
+    const std::int64_t line = stamps.line(static_cast<std::size_t>(before - time_s.begin()) + 1);
+    const std::string path = path_to_paste(*file_);
+    throw Fault(
+        FaultKind::input, "clock.backwards",
+        fmt::format("{}:{}: time goes back from {} to {} s. If the recorder began anew, read what is before it: "
+                    "head -n {} '{}' > '{}.part'",
+                    file_->name(), line, *before, *(before + 1), line - 1, path, path));
   }
 
   // Rows that a recorder wrote twice.

@@ -1,5 +1,8 @@
 #include "dsp/io/table_header.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -12,7 +15,7 @@
 namespace dsp {
 namespace {
 
-/// What headers call the rate or the step, without capitals.
+/// What headers call the rate or the step: words without capitals.
 struct RateKey {
   std::string_view text;
   bool is_step;
@@ -21,15 +24,21 @@ constexpr std::array rate_keys{
     RateKey{"sample rate", false},
     RateKey{"sampling rate", false},
     RateKey{"samplerate", false},
-    RateKey{"sampling_rate", false},
-    RateKey{"sample_rate", false},
+    RateKey{"samplingrate", false},
     RateKey{"samples per second", false},
     RateKey{"sampling frequency", false},
     RateKey{"sample frequency", false},
-    RateKey{"scan rate", false},
-    RateKey{"fs", false},
-    RateKey{"samplingrate", false},
     RateKey{"samplefrequency", false},
+    RateKey{"sampling freq", false},
+    RateKey{"sample freq", false},
+    RateKey{"scan rate", false},
+    RateKey{"acquisition rate", false},
+    RateKey{"logging rate", false},
+    RateKey{"data rate", false},
+    RateKey{"rate", false},
+    RateKey{"fs", false},
+    RateKey{"sr", false},
+    RateKey{"srate", false},
     RateKey{"abtastrate", false},
     RateKey{"abtastfrequenz", false},
     RateKey{"fr\xc3\xa9quence d'\xc3\xa9"
@@ -42,22 +51,24 @@ constexpr std::array rate_keys{
     RateKey{"sampling interval", true},
     RateKey{"sample period", true},
     RateKey{"sampling period", true},
+    RateKey{"sample time", true},
     RateKey{"time step", true},
+    RateKey{"time increment", true},
     RateKey{"increment", true},
     RateKey{"x increment", true},
     RateKey{"xincrement", true},
     RateKey{"delta x", true},
-    RateKey{"delta_x", true},
+    RateKey{"delta t", true},
     RateKey{"dt", true},
-    RateKey{"wf_increment", true},
-    RateKey{"sampling freq", false},
-    RateKey{"sampling_frequency", false},
-    RateKey{"sample_frequency", false},
-    RateKey{"sampling_interval", true},
-    RateKey{"sample_interval", true},
-    RateKey{"time_step", true},
+    RateKey{"wf increment", true},
     RateKey{"abtastintervall", true},
 };
+
+const RateKey* find_rate_key(const std::string& text) {
+  const auto* known =
+      std::find_if(rate_keys.begin(), rate_keys.end(), [&](const RateKey& key) { return key.text == text; });
+  return known == rate_keys.end() ? nullptr : known;
+}
 
 // Words in a line of units over a column that counts.
 constexpr std::array counting{"sequence", "sample", "samples", "index", "count", "#", "-"};
@@ -74,14 +85,16 @@ std::string_view without_mark(std::string_view line) {
 }
 
 // "200", "200 Hz", "5,0 ms": in Hz as a rate or a step says it.
-std::optional<double> rate_of(std::string_view value, std::string_view unit_of_key, bool is_step, bool decimal_comma) {
+std::optional<double> rate_of(std::string_view value, std::string_view unit_of_key, const RateName& name,
+                              bool decimal_comma) {
+  const bool is_step = name.is_step;
   const auto text = unquoted(value);
   const auto end = std::min(text.find_first_not_of("0123456789+-.,eE"), text.size());
   double number = 0.0;
   if (parse_cell(text.substr(0, end), decimal_comma, number) != Cell::number || !(number > 0.0)) return std::nullopt;
   const auto behind = trimmed(text.substr(end)), unit = behind.empty() ? unit_of_key : behind;
   if (!unit.empty() && (!is_unit(unit) || find_unit(unit).si != (is_step ? "s" : "Hz"))) return std::nullopt;
-  const double si = number * (unit.empty() ? 1.0 : find_unit(unit).factor);
+  const double si = number * (unit.empty() ? name.factor : find_unit(unit).factor);
   constexpr double highest_hz = 1e9;
   const double rate_hz = is_step ? 1.0 / si : si;
   if (!(rate_hz <= highest_hz)) return std::nullopt;
@@ -97,8 +110,8 @@ std::optional<double> rate_in(std::string_view key, std::string_view value, bool
   if (text.size() > longest_key) return std::nullopt;
   while (text.ends_with(':') || text.ends_with('=')) text = trimmed(text.substr(0, text.size() - 1));
   const NamedUnit split = split_unit(text);
-  const auto is_step = is_step_key(split.base);
-  return is_step ? rate_of(value, split.unit, *is_step, decimal_comma) : std::nullopt;
+  const auto name = rate_name(split.base);
+  return name ? rate_of(value, split.unit, *name, decimal_comma) : std::nullopt;
 }
 
 // A key and its value in two cells, or in one on either side of a colon or an equals sign.
@@ -111,6 +124,31 @@ std::optional<double> rate_in(const TableLine& line, const TableStyle& style) {
   return mark == text.npos ? std::nullopt : rate_in(text.substr(0, mark), text.substr(mark + 1), style.decimal_comma);
 }
 
+// "time [s]   displacement [mm]": names with blanks within, two or a tab between them.
+std::vector<std::string_view> between_wide_blanks(std::string_view text) {
+  std::vector<std::string_view> cells;
+  for (text = trimmed(text); !text.empty();) {
+    const auto end = std::min({text.find("  "), text.find('\t'), text.size()});
+    cells.push_back(text.substr(0, end));
+    text = trimmed(text.substr(end));
+  }
+  return cells;
+}
+
+// "time", "[s]", "x", "(mm)" as "time [s]", "x (mm)". The cells lie in one text.
+std::vector<std::string_view> with_brackets_joined(const std::vector<std::string_view>& cells) {
+  std::vector<std::string_view> joined;
+  for (const std::string_view cell : cells) {
+    const bool is_bracket = !joined.empty() && !cell.empty() && (cell.front() == '[' || cell.front() == '(');
+    if (is_bracket)
+      joined.back() = {joined.back().data(),
+                       static_cast<std::size_t>(cell.data() + cell.size() - joined.back().data())};
+    else
+      joined.push_back(cell);
+  }
+  return joined;
+}
+
 /// A header above the rows, line by line from the last.
 class HeaderSearch {
  public:
@@ -118,7 +156,11 @@ class HeaderSearch {
     for (const TableLine& line : above) {
       if (line.is_blank()) continue;
       lines_.push_back(&line);
-      cells_.push_back(style.cells(line.is_comment() ? without_mark(line.text) : line.text));
+      const std::string_view text = line.is_comment() ? without_mark(line.text) : std::string_view(line.text);
+      cells_.push_back(style.cells(text));
+      if (style.separator != ' ' || cells_.back().size() == width()) continue;
+      for (auto cells : {between_wide_blanks(text), with_brackets_joined(cells_.back())})
+        if (cells.size() == width()) cells_.back() = std::move(cells);
     }
   }
 
@@ -248,11 +290,40 @@ class HeaderSearch {
 
 }  // namespace
 
-std::optional<bool> is_step_key(std::string_view text) {
-  const std::string name = lower(text);
-  const auto* known =
-      std::find_if(rate_keys.begin(), rate_keys.end(), [&](const RateKey& key) { return key.text == name; });
-  return known == rate_keys.end() ? std::nullopt : std::optional(known->is_step);
+double RateName::rate_hz(double number) const {
+  const double si = number * factor, rate_hz = is_step ? 1.0 / si : si;
+  return si > 0.0 && std::isnormal(si) && std::isnormal(rate_hz) ? rate_hz : 0.0;
+}
+
+std::vector<std::string> words_of_key(std::string_view key) {
+  std::vector<std::string> words{""};
+  bool was_lower = false;
+  for (const char c : key) {
+    const bool upper = c >= 'A' && c <= 'Z';
+    const bool is_part = upper || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || static_cast<signed char>(c) < 0;
+    if (!is_part || (upper && was_lower)) words.emplace_back();
+    if (is_part) words.back() += c;
+    was_lower = is_part && !upper;
+  }
+  std::erase(words, "");
+  for (std::string& word : words) word = lower(word);
+  return words;
+}
+
+std::optional<RateName> rate_name(std::string_view text) {
+  constexpr std::size_t longest = 80;
+  if (text.size() > longest) return std::nullopt;
+  if (text == "Ts") return RateName{.is_step = true};  // MATLAB's; ts may be a time stamp
+  if (const RateKey* key = find_rate_key(lower(text))) return RateName{.is_step = key->is_step};
+  std::vector<std::string> words = words_of_key(text);
+  const auto joined = [&] { return fmt::format("{}", fmt::join(words, " ")); };
+  if (const RateKey* key = find_rate_key(joined())) return RateName{.is_step = key->is_step};
+  if (words.size() < 2 || !is_unit(words.back())) return std::nullopt;
+  const Unit unit = find_unit(words.back());
+  words.pop_back();
+  const RateKey* key = find_rate_key(joined());
+  if (key == nullptr || unit.si != (key->is_step ? "s" : "Hz")) return std::nullopt;
+  return RateName{.is_step = key->is_step, .factor = unit.factor};
 }
 
 TableHeader table_header(const std::vector<TableLine>& above, const TableStyle& style, std::int64_t header_row) {

@@ -31,6 +31,7 @@ struct TableLayout {
   bool comments_behind = false;   ///< fields beyond the columns are remarks
   std::string header_again{};     ///< how a line begins that opens another header between rows; empty: none does
   std::string header_end{};       ///< how its last line but that of names begins
+  std::string names_line{};       ///< without blanks around it; between rows it is none, as where a logger began anew
   int num_runs = 1;               ///< side by side
   bool is_one_run = false;        ///< the clock may end before the rows do: of several side by side
   std::uint64_t data_offset = 0;  ///< first byte of the first row

@@ -10,6 +10,7 @@
 
 #include "dsp/io/moment.hpp"
 #include "dsp/io/text_lines.hpp"
+#include "dsp/names.hpp"
 
 namespace dsp {
 namespace {
@@ -23,11 +24,16 @@ constexpr std::array styles{Marks{'\t', false}, Marks{'\t', true}, Marks{';', fa
                             Marks{';', true},   Marks{',', false}, Marks{',', true},
                             Marks{' ', false},  Marks{' ', true},  Marks{'|', false}};
 
-enum class Holds { number, missing, blank, text };
+enum class Holds { number, missing, blank, mark, text };  // mark: --, ****, OL: no evidence of a row of numbers
 Holds holds(std::string_view cell, bool decimal_comma) {
   double value = 0.0;
   const Cell read = parse_cell(cell, decimal_comma, value);
-  if (read == Cell::missing) return unquoted(cell).empty() ? Holds::blank : Holds::missing;
+  if (read == Cell::missing) {
+    const std::string text = lower(unquoted(cell));
+    const bool is_mark = text.find("nan") == text.npos && text.find("inf") == text.npos && text != "na" &&
+                         text != "n/a" && text != "null";
+    return text.empty() ? Holds::blank : is_mark ? Holds::mark : Holds::missing;
+  }
   return read == Cell::number || parse_moment(cell) ? Holds::number : Holds::text;
 }
 
@@ -106,15 +112,21 @@ Rated rated(const std::vector<TableLine>& lines, const Marks& marks) {
   };
   std::vector<bool>& is_text = result.style.is_text;
   for (std::size_t i = 0; i < width; ++i) {
-    std::ptrdiff_t words = 0, since = 0;  // the last of them
+    std::ptrdiff_t words = 0, numbers = 0, blanks = 0, since = 0;  // the last of them
     for (const auto& line : found) {
       if (!fits(line)) continue;
       const bool is_word = line[i] == Holds::text;
+      numbers += line[i] == Holds::number || line[i] == Holds::missing ? 1 : 0;
+      blanks += line[i] == Holds::blank ? 1 : 0;
       words += is_word ? 1 : 0;
       since = is_word ? 0 : since + 1;
     }
-    is_text.push_back(marks.separator != ' ' && words >= fewest_rows_with_words && 2 * words > num_lines &&
-                      since < fewest_rows_with_words);
+    constexpr std::ptrdiff_t few = 10;  // times fewer than lines: remarks, or keys and values beside the first rows
+    const bool are_remarks =
+        words > 0 && (numbers == 0 || few * (words + numbers) < num_lines) && blanks >= fewest_rows_with_words;
+    is_text.push_back(
+        marks.separator != ' ' &&
+        (are_remarks || (words >= fewest_rows_with_words && 2 * words > num_lines && since < fewest_rows_with_words)));
   }
   for (const auto& line : found) {
     if (!fits(line)) continue;

@@ -37,7 +37,7 @@ struct TableStyle {
 };
 
 /// The style in which most cells of most lines are numbers. A single column counts half: "1,2" is two numbers before it
-/// is 1.2. Columns of words are those of at least three rows.
+/// is 1.2. Columns of words are those of at least three rows, and of remarks here and there.
 [[nodiscard]] TableStyle table_style(const std::vector<TableLine>& lines);
 
 /// ": in line 3, column 2 is 'abc'": the first cell that is no number, in the last line that has some, read in the

@@ -214,9 +214,9 @@ class TdmsArrays {
     if (is_positive(step_s)) clock.rate_hz = roundest_rate(1.0 / step_s, rounding);
     for (const TdmsObject* holder : holders(object))
       for (const auto& [name, value] : holder->properties)
-        if (const auto is_step = is_step_key(name); is_step && clock.rate_hz == 0.0)
-          if (const double number = tdms_number(*holder, name).value_or(0.0); is_positive(number))
-            clock.rate_hz = roundest_rate(*is_step ? 1.0 / number : number, rounding);
+        if (const auto rate = rate_name(name); rate && clock.rate_hz == 0.0)
+          if (const double rate_hz = rate->rate_hz(tdms_number(*holder, name).value_or(0.0)); rate_hz > 0.0)
+            clock.rate_hz = roundest_rate(rate_hz, rounding);
     const auto start = object.properties.find("wf_start_time");
     if (start != object.properties.end() && std::holds_alternative<TdmsTime>(start->second))
       clock.start = std::get<TdmsTime>(start->second);

@@ -30,7 +30,7 @@ enum SegmentContents : std::uint32_t {  // what a segment says it has
 
 bool is_used_property(const std::string& property) {
   return property.starts_with("wf_") || property.starts_with("NI_Scal") || property == "unit_string" ||
-         is_step_key(property);
+         rate_name(property);
 }
 
 // "/'group'/'channel'", in which a quotation mark is written twice. False where it is none.

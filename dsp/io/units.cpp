@@ -28,15 +28,19 @@ struct Row {
 };
 
 constexpr double pound_force = 4.4482216152605;  // N
+constexpr double kilogram_force = gravity;       // N: the mass times standard gravity
 constexpr double degree = std::numbers::pi / 180;
+constexpr double minute_s = 60.0, hour_s = 3600.0;
 
 constexpr std::array rows{
     Row{"m", 1, "m"},
+    Row{"dm", 1e-1, "m"},
     Row{"cm", 1e-2, "m"},
     Row{"mm", 1e-3, "m"},
     Row{"um", 1e-6, "m"},
     Row{"nm", 1e-9, "m"},
     Row{"in", 0.0254, "m"},
+    Row{"mil", 2.54e-5, "m"},
     Row{"ft", 0.3048, "m"},
     Row{"m/s", 1, "m/s"},
     Row{"cm/s", 1e-2, "m/s"},
@@ -45,12 +49,15 @@ constexpr std::array rows{
     Row{"m/s^2", 1, "m/s^2"},
     Row{"mm/s^2", 1e-3, "m/s^2"},
     Row{"cm/s^2", 1e-2, "m/s^2"},
+    Row{"Gal", 1e-2, "m/s^2"},
     Row{"g", gravity, "m/s^2"},
     Row{"mg", 1e-3 * gravity, "m/s^2"},
     Row{"in/s^2", 0.0254, "m/s^2"},
     Row{"N", 1, "N"},
     Row{"mN", 1e-3, "N"},
+    Row{"daN", 10, "N"},
     Row{"kN", 1e3, "N"},
+    Row{"kgf", kilogram_force, "N"},
     Row{"lbf", pound_force, "N"},
     Row{"kip", 1e3 * pound_force, "N"},
     Row{"V", 1, "V"},
@@ -76,6 +83,9 @@ constexpr std::array rows{
     Row{"ms", 1e-3, "s"},
     Row{"us", 1e-6, "s"},
     Row{"ns", 1e-9, "s"},
+    Row{"min", minute_s, "s"},
+    Row{"h", hour_s, "s"},
+    Row{"d", day_s, "s"},
     Row{"Hz", 1, "Hz"},
     Row{"kHz", 1e3, "Hz"},
     Row{"K", 1, "K"},
@@ -89,6 +99,7 @@ struct Spelling {
 constexpr std::array signs{
     Spelling{"\xe2\x81\xbb\xc2\xb2", "^-2"},  // superscripts
     Spelling{"\xe2\x81\xbb\xc2\xb9", "^-1"},
+    Spelling{"\xc3\x82\xc2", "\xc2"},  // a sign of UTF-8 that was read as Latin-1 and written again
     Spelling{"\xc2\xb2", "^2"},
     Spelling{"\xc2\xb7", "*"},      // middle dot
     Spelling{"\xe2\x8b\x85", "*"},  // dot operator
@@ -129,7 +140,17 @@ constexpr std::array unit_words{
     Spelling{"degrees", "deg"},    Spelling{"grad", "deg"},
     Spelling{"radian", "rad"},     Spelling{"radians", "rad"},
     Spelling{"pascal", "Pa"},      Spelling{"hertz", "Hz"},
+    Spelling{"hz", "Hz"},          Spelling{"khz", "kHz"},
     Spelling{"gn", "g"},           Spelling{"strain", "1"},
+    Spelling{"minute", "min"},     Spelling{"minutes", "min"},
+    Spelling{"minuten", "min"},    Spelling{"minutos", "min"},
+    Spelling{"hour", "h"},         Spelling{"hours", "h"},
+    Spelling{"hr", "h"},           Spelling{"hrs", "h"},
+    Spelling{"stunden", "h"},      Spelling{"heures", "h"},
+    Spelling{"horas", "h"},        Spelling{"day", "d"},
+    Spelling{"days", "d"},         Spelling{"tage", "d"},
+    Spelling{"mils", "mil"},       Spelling{"thou", "mil"},
+    Spelling{"gal", "Gal"},        Spelling{"kilopond", "kgf"},
 };
 constexpr std::array endings{
     Spelling{"/s/s", "/s^2"},  Spelling{"/s2", "/s^2"},  Spelling{"*s^-2", "/s^2"}, Spelling{" s^-2", "/s^2"},
@@ -146,8 +167,7 @@ constexpr std::array hints{
     Hint{"gram", "Mass is no measured unit here; g means gravity, 9.80665 m/s^2"},
     Hint{"grams", "Mass is no measured unit here; g means gravity, 9.80665 m/s^2"},
     Hint{"gr", "Mass is no measured unit here; g means gravity, 9.80665 m/s^2"},
-    Hint{"kg", "Mass is no measured unit here; for a force write N, kN, lbf or kip, for gravity g"},
-    Hint{"kgf", "Write the force in N (1 kgf = 9.80665 N)"},
+    Hint{"kg", "Mass is no measured unit here; for a force write N, kgf, lbf or kip, for gravity g"},
     Hint{"degC", "Write K; an offset in the unit is not supported"},
     Hint{"\xc2\xb0"
          "C",
@@ -326,9 +346,7 @@ constexpr std::array doubtful{
     Doubtful{"in", names_position}, Doubtful{"g", names_acceleration},
     Doubtful{"A", never},           Doubtful{"C", never},
     Doubtful{"K", never},           Doubtful{"1", never},
-    Doubtful{"strain", never},      Doubtful{"s", speaks_of_time},
-    Doubtful{"ms", speaks_of_time}, Doubtful{"us", speaks_of_time},
-    Doubtful{"ns", speaks_of_time},
+    Doubtful{"strain", never},
 };
 
 /// Whether any run of letters, without capitals, passes.
@@ -344,13 +362,18 @@ bool any_letters(std::string_view text, Test&& test) {
   return false;
 }
 
+/// Only a clock is in a unit of time: "a_s" is a hysteretic force, "x_min" and "x (min)" are the least.
+bool is_time_elsewhere(std::string_view base, std::string_view unit) {
+  const Row* row = find_row(trimmed(unit));
+  return row != nullptr && row->si == "s" && !speaks_of_time(base);
+}
+
 bool may_end(std::string_view base, std::string_view unit) {
   constexpr std::size_t longest_unit = 40;
-  if (unit.size() > longest_unit) return false;
-  const auto* found = std::find_if(doubtful.begin(), doubtful.end(), [&, known = canonical(unit)](const Doubtful& one) {
-    return one.unit == unit || (one.unit.back() == 's' && one.unit == known);  // _sec as _s
-  });
-  return !base.empty() && (found == doubtful.end() || found->counts_behind(base));
+  if (unit.size() > longest_unit || base.empty() || is_time_elsewhere(base, unit)) return false;
+  const auto* found =
+      std::find_if(doubtful.begin(), doubtful.end(), [&](const Doubtful& one) { return one.unit == unit; });
+  return found == doubtful.end() || found->counts_behind(base);
 }
 
 // "Time (s) Run #1" is "Time Run #1" in s.
@@ -361,6 +384,9 @@ std::optional<NamedUnit> unit_in_brackets(std::string_view name) {
       if (name.back() == close && !is_unit(name.substr(at + 1, std::min(end, name.size()) - at - 1)))
         end = name.size() - 1;  // (m/(s^2))
       if (end == std::string_view::npos || !is_unit(name.substr(at + 1, end - at - 1))) continue;
+      if (find_unit(name.substr(at + 1, end - at - 1)).factor >= minute_s &&
+          is_time_elsewhere(name.substr(0, at), name.substr(at + 1, end - at - 1)))
+        continue;
       std::string base(trimmed(name.substr(0, at)));
       if (const auto behind = trimmed(name.substr(end + 1)); !behind.empty()) base += fmt::format(" {}", behind);
       return NamedUnit{base, std::string(trimmed(name.substr(at + 1, end - at - 1)))};

@@ -222,9 +222,13 @@ SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const Ve
   normalise(ratio);
   relation.num_windows = ratio.num_windows;
   if (ratio.num_windows < options.min_windows) {
-    relation.reason = "too little of the record is without faulty samples: " + std::to_string(ratio.num_windows) +
-                      " windows of " + std::to_string(static_cast<int>(options.window_s)) + " s, wanted " +
-                      std::to_string(options.min_windows);
+    const double whole_s = static_cast<double>(acceleration.size()) / sample_rate_hz;
+    const bool is_short =
+        whole_s < 0.5 * options.window_s * static_cast<double>(options.min_windows + 1);  // they overlap
+    relation.reason =
+        (is_short ? "the record is too short: " : "too little of the record is without faulty samples: ") +
+        std::to_string(ratio.num_windows) + " windows of " + std::to_string(static_cast<int>(options.window_s)) +
+        " s, wanted " + std::to_string(options.min_windows);
     return relation;
   }
   // By the rms of the errors or, if that gets no worse, their mean: a few bins spoilt, by clipping that nobody found,

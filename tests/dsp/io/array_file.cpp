@@ -15,6 +15,7 @@
 #include "dsp/io/sidecar.hpp"
 #include "dsp/read_recording.hpp"
 #include "support/fault.hpp"
+#include "support/mat.hpp"
 #include "support/scratch.hpp"
 
 using support::Scratch;
@@ -57,6 +58,7 @@ TEST_CASE("what NumPy, SciPy and h5py write is read to the last digit", "[dsp][a
   check_record(sample("scipy_v4.mat"), "MATLAB v4");
   check_record(sample("scipy_struct.mat"), "MATLAB v5");
   check_record(sample("h5py.h5"), "HDF5");
+  check_record(sample("h5py_labels.h5"), "HDF5");
   check_record(sample("matlab_v73.mat"), "MATLAB v7.3");
 }
 
@@ -84,6 +86,73 @@ TEST_CASE("JSON is read as columns, records, rows with names, counted keys and a
   }
   support::check_fault([&] { (void)dsp::open_source(scratch.file("b.json", "{\"t\":[1,2,}")); }, dsp::FaultKind::input,
                        "json.syntax", {"byte 11"});
+}
+
+TEST_CASE("names, units and the rate stand beside the numbers under keys as people choose them", "[dsp][array_file]") {
+  const Scratch scratch;
+  std::string t, x, rows;
+  for (int i = 0; i < num_rows; ++i) {
+    const std::string comma = i > 0 ? "," : "";
+    t += fmt::format("{}{}", comma, i / 250.0);
+    x += fmt::format("{}{}", comma, i * i % 7 + 0.5);
+    rows += fmt::format("{}[{},{}]", comma, i / 250.0, i * i % 7 + 0.5);
+  }
+  struct Row {
+    std::string text, name;
+  };
+  for (const auto& [text, name] :
+       {Row{fmt::format("{{\"sampleRateHz\":250,\"signals\":{{\"disp_mm\":[{}]}}}}", x), "disp_mm"},
+        Row{fmt::format("{{\"dt_ms\":4,\"units\":{{\"disp\":\"mm\"}},\"disp\":[{}]}}", x), "disp"},
+        Row{fmt::format("{{\"rate\":250,\"disp_unit\":\"mm\",\"disp\":[{}]}}", x), "disp"},
+        Row{fmt::format("{{\"time\":{{\"unit\":\"s\",\"values\":[{}]}},\"disp\":{{\"unit\":\"mm\",\"values\":[{}]}}}}",
+                        t, x),
+            "disp"},
+        Row{fmt::format("{{\"units\":[\"s\",\"mm\"],\"fields\":[\"time\",\"disp\"],\"rows\":[{}]}}", rows), "disp"},
+        Row{fmt::format(
+                "{{\"about\":{{\"fs\":250,\"names\":[\"f\",\"disp\"],\"unit\":[\"-\",\"mm\"]}},\"data\":[[{}],[{}]]}}",
+                t, x),
+            "disp"},
+        Row{fmt::format("{{\"fs\":250,\"channels\":[{{\"name\":\"disp\",\"unit\":\"mm\",\"data\":[{}]}}]}}", x),
+            "disp"}}) {
+    INFO(text.substr(0, 100));
+    const auto file = scratch.file("a.json", text);
+    check_record(file, "JSON");
+    CHECK(dsp::open_source(file)->info().columns.back() == name);
+  }
+  // A unit that is not known is shown, and not taken for none.
+  const auto file = scratch.file("a.json", fmt::format("{{\"fs\":250,\"x_unit\":\"furlong\",\"x\":[{}]}}", x));
+  CHECK(dsp::open_source(file)->info().columns.back() == "x (furlong)");
+  // A column on the stated rate is the clock; a ramp of another slope is none.
+  const auto beside = [&](const char* rate) {
+    return dsp::open_source(scratch.file("a.json", fmt::format("{{\"fs\":{},\"data\":[{}]}}", rate, rows)))
+        ->info()
+        .time_column;
+  };
+  CHECK(beside("250") == 0);
+  CHECK(beside("100") == -1);
+}
+
+TEST_CASE("cells of text beside a matrix of MATLAB name its columns and their units", "[dsp][array_file]") {
+  const support::Mat mat;
+  std::vector<double> values;
+  for (int i = 0; i < num_rows; ++i) values.push_back(i / 250.0);
+  for (int i = 0; i < num_rows; ++i) values.push_back(i * i % 7 + 0.5);
+  const auto cell = [&](const std::string& name, const std::vector<std::string>& texts) {
+    std::string all;
+    for (const std::string& text : texts)
+      all += mat.matrix("", 4, {1, static_cast<std::uint32_t>(text.size())}, mat.element(16, text));
+    return mat.matrix(name, 1, {1, static_cast<std::uint32_t>(texts.size())}, all);
+  };
+  const Scratch scratch;
+  const auto file =
+      scratch.file("a.mat", mat.header() + mat.matrix("data", 6, {num_rows, 2}, mat.element(9, mat.values(values))) +
+                                cell("labels", {"Time", "disp"}) + cell("units", {"s", "mm"}));
+  check_record(file, "MATLAB v5");
+  CHECK(dsp::open_source(file)->info().columns.back() == "disp");
+  const auto vectors = scratch.file(
+      "b.mat", mat.header() + mat.vector("t", {values.begin(), values.begin() + num_rows}) +
+                   mat.vector("disp", {values.begin() + num_rows, values.end()}) + cell("units", {"s", "mm"}));
+  check_record(vectors, "MATLAB v5");
 }
 
 TEST_CASE("a container of arrays that was cut is refused, or salvaged with a warning", "[dsp][array_file]") {

@@ -85,3 +85,19 @@ TEST_CASE("lines to paste name every channel and what may stand there") {
   CHECK_THAT(question.lines(), Catch::Contains("[[channel]]\nname = \"V1\"\nrole = \"other\"\n"));
   CHECK_THAT(question.lines(), Catch::Contains("[[channel]]\nname = \"load\"\nrole = \"f\"\n"));
 }
+
+TEST_CASE("lines to paste follow names whose unit is not known, and show what else the file says") {
+  const std::vector<dsp::Channel> channels{{.name = "Force (furlong)"}, {.name = "Acceleration (furlong)"}};
+  const std::vector<dsp::ChannelLook> looks{{-9.0, 9.0, 0.0, 2.0}, {-4.0, 4.0, 0.0, 2.0}};
+  const dsp::Check check{"json.left_out", "", dsp::CheckStatus::note, 0.0, 0.0, "a.json: not read: units ('in')"};
+  const dsp::Fault question = dsp::no_motion("a.json", channels, {}, looks, {check});
+  CHECK_THAT(question.lines(), Catch::Contains("# a.json: not read: units ('in')\n"));
+  CHECK_THAT(question.lines(),
+             Catch::Contains("name = \"Acceleration (furlong)\"\nrole = \"a\"  # it moves most\nunit = "
+                             "\"m/s^2\""));
+  const dsp::Fault chain = dsp::no_motion("a.json", {{.name = "p"}, {.name = "q"}}, {{.of = 0, .is = 1}}, looks);
+  const dsp::Fault stated =
+      dsp::no_motion("a.json", {{.name = "p"}, {.name = "q"}}, {{.of = 0, .is = 1}}, looks, {check});
+  CHECK_THAT(stated.lines(), Catch::Contains("unit = \"in\"  # as") && Catch::Contains("unit = \"in/s\"  # as"));
+  CHECK_THAT(chain.lines(), Catch::Contains("role = \"x\"\nunit = \"m\"") && Catch::Contains("unit = \"m/s\""));
+}

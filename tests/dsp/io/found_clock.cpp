@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
+#include <tuple>
 
 #include "dsp/fault.hpp"
 #include "dsp/io/sample_source.hpp"
@@ -78,4 +80,43 @@ TEST_CASE("a count of rows, a motion and a column that falls back once are no cl
   CHECK(open(scratch, rows(300, [](int i) { return fmt::format("{:.3f};{:.3f}", 0.002 * i, 0.01 * i); }))
             ->info()
             .time_column == -1);
+}
+
+TEST_CASE("days of spreadsheets and of MATLAB are a clock in days, however their column is called",
+          "[dsp][found_clock]") {
+  const Scratch scratch;
+  const auto days = [](double first) {
+    return [first](int i) { return fmt::format("{:.10f}", first + i / 200.0 / 86400.0); };
+  };
+  for (const double first : {45050.75, 738000.5}) {
+    CAPTURE(first);
+    for (const char* header : {"", "t;x;f\n", "datenum;x;f\n"}) {
+      const auto source = open(scratch, header + rows(300, days(first)));
+      CHECK(source->info().sample_rate_hz == 200.0);
+      CHECK(source->info().checks.front().name == "clock.assumed");
+    }
+  }
+  // A part of a day without a date could be seconds at millions of hertz.
+  const std::string text = "t;x;f\n" + rows(300, days(0.0));
+  check_fault([&] { (void)open(scratch, text); }, FaultKind::input, "clock.unit", {"in days 200 Hz"}, {"unit = \"d\""});
+  CHECK(open(scratch, text, {.time_column = "1", .time_unit = "d"})->info().sample_rate_hz == 200.0);
+  CHECK(open(scratch, "Time (s);x;f\n" + rows(300, days(45050.75)))->info().sample_rate_hz > 1e7);  // as it says
+}
+
+TEST_CASE("a counter of 32 or 16 bits that begins anew goes on", "[dsp][found_clock]") {
+  const Scratch scratch;
+  const auto counter = [](int bits) {
+    return [bits](int i) {
+      return fmt::format("{}", ((std::int64_t{1} << bits) - 1000 + 20 * i) % (std::int64_t{1} << bits));
+    };
+  };
+  for (const auto& [header, bits, rate_hz] : {std::tuple{"micros;x;f\n", 32, 50e3}, {"millis;x;f\n", 16, 50.0}}) {
+    CAPTURE(header);
+    const auto source = open(scratch, header + rows(300, counter(bits)));
+    CHECK(source->info().sample_rate_hz == Approx(rate_hz));
+    CHECK(source->info().num_frames == 300);
+    CHECK(source->info().gaps.empty());
+  }
+  check_fault([&] { (void)open(scratch, "millis;x;f\n" + rows(300, [](int i) { return 20 * (i % 200); })); },
+              FaultKind::input, "clock.backwards", {"head -n 201 "});
 }

@@ -19,6 +19,9 @@ TEST_CASE("times of day are read however loggers print them", "[dsp][moment]") {
                                         {"12:30:00.5 pm", 45000.5, 0.1},
                                         {"01:00:00PM", 46800, 1},
                                         {"02:12.5", 132.5, 0.1},
+                                        {"10:00:00:250", 36000.25, 1e-3},
+                                        {"0.10:00:00.5", 36000.5, 0.1},
+                                        {"2.00:00:01", 172801, 1},
                                         {"10:00:00Z", 36000, 1},
                                         {"10:00:00.0+01:00", 32400, 0.1},
                                         {"00:10:00 -0530", 20400, 1},
@@ -44,6 +47,13 @@ TEST_CASE("dates are days of the calendar, where the order of day and month is c
       CHECK(moment->has_time() == !time.empty());
       CHECK(moment->second == (time.empty() ? 0.0 : 36000.5));
     }
+  for (const std::string text : {"20261120T100000.5Z", "20261120T100000,5", "2026-11-20 10.00.00,5"}) {
+    CAPTURE(text);
+    const auto moment = parse_moment(text);
+    REQUIRE(moment);
+    CHECK(moment->day == day);
+    CHECK(moment->second == 36000.5);
+  }
   const auto unclear = parse_moment("11/12/2026 10:00:00.5");
   REQUIRE(unclear);
   CHECK_FALSE(unclear->day);
@@ -51,9 +61,10 @@ TEST_CASE("dates are days of the calendar, where the order of day and month is c
 }
 
 TEST_CASE("what is no moment is refused", "[dsp][moment]") {
-  for (const std::string text : {"", "12", "1.5", "10:00", "10:60:00", "10:00:61", "10:00:00.", "10:00:00 x",
-                                 "2026-13-01", "2026-02-30", "30.2.26", "2026-11-20T", "2026-11-20T10", "1:2:3",
-                                 "13:00:00 AM", "10:00:00+1", "1/2", "-10:00:00", "2026-11/20"}) {
+  for (const std::string text :
+       {"",           "12",         "1.5",     "10:00",       "10:60:00",      "10:00:61",  "10:00:00.",   "10:00:00 x",
+        "2026-13-01", "2026-02-30", "30.2.26", "2026-11-20T", "2026-11-20T10", "1:2:3",     "13:00:00 AM", "10:00:00+1",
+        "10.00.00,5", "20261120",   "1.10:00", "1/2",         "-10:00:00",     "2026-11/20"}) {
     CAPTURE(text);
     CHECK_FALSE(parse_moment(text));
   }

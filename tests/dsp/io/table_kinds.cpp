@@ -62,13 +62,14 @@ Read read(const std::string& text, int column, const dsp::OpenOptions& options =
 
 /// All values in column `column` (0-based), on a clock of 50 Hz.
 Read check_decay(const std::string& text, int column = 1, const std::string& unit = "mm",
-                 const dsp::OpenOptions& options = {}) {
+                 const dsp::OpenOptions& options = {}, double in_unit = 1.0) {
   INFO(text.substr(0, 200));
   Read found = read(text, column, options);
   CHECK(found.info.sample_rate_hz == rate_hz);
   CHECK(found.info.units[static_cast<std::size_t>(column)] == unit);
   REQUIRE(found.column.size() == num_rows);
-  for (int i = 0; i < num_rows; ++i) CHECK(found.column[static_cast<std::size_t>(i)] == Approx(value(i)).margin(1e-9));
+  for (int i = 0; i < num_rows; ++i)
+    CHECK(found.column[static_cast<std::size_t>(i)] == Approx(in_unit * value(i)).margin(1e-9));
   return found;
 }
 
@@ -376,4 +377,85 @@ TEST_CASE("lines of a million separators take a moment and little memory", "[dsp
   std::string text;
   for (int i = 0; i < 40; ++i) text += std::string(1'000'000, ',') + "\n";
   check_fault([&] { (void)read(text, 0); }, FaultKind::input, "container.unknown", {"no line"});
+}
+
+TEST_CASE("what instruments print where they have no value is missing", "[dsp][table_kinds]") {
+  for (const char* none : {"OL", "-", "--", "#N/A", "#DIV/0!", "****", "-OVLD", "Inf", "n/a", ""}) {
+    CAPTURE(none);
+    const auto found =
+        read(table("time_s,x_mm\n", [&](int i) { return i == 270 ? fmt::format("5.40,{}", none) : plain(i); }), 1);
+    REQUIRE(found.column.size() == num_rows);
+    CHECK(std::isnan(found.column[270]));
+    CHECK(found.column[271] == Approx(value(271)));
+  }
+  check_fault([] { (void)read(table("time_s,x_mm\n", [](int i) { return i == 270 ? "5.40,1.2.3" : plain(i); }), 1); },
+              FaultKind::input, "table.cell", {"a.csv:272: column 2: '1.2.3' is no number"});
+  check_decay(table("time  x\n----  ---\n",  // a line under names is no row
+                    [](int i) { return fmt::format("{:.2f}  {:.3f}", i / rate_hz, value(i)); }),
+              1, "");
+}
+
+TEST_CASE("thousands between blanks and apostrophes and a typographer's minus are read", "[dsp][table_kinds]") {
+  for (const std::string mark : {" ", "\xc2\xa0", "\xe2\x80\xaf", "'", "\xe2\x80\x99"}) {
+    CAPTURE(mark);
+    check_decay(table("Zeit (s);Weg (um)\n",
+                      [&](int i) {
+                        std::string digits = fmt::format("{:.0f}", std::abs(1e3 * value(i)));
+                        if (digits.size() > 3) digits.insert(digits.size() - 3, mark);
+                        return fmt::format("{:.2f};{}{}", i / rate_hz, value(i) < 0 ? "\xe2\x88\x92" : "", digits);
+                      }),
+                1, "um", {}, 1e3);
+  }
+}
+
+TEST_CASE("commas that mark thousands are no decimal commas", "[dsp][table_kinds]") {
+  const auto row = [](int i) {
+    std::string digits = fmt::format("{:.0f}", 1e3 * value(i));
+    if (std::abs(value(i)) >= 1.0) digits.insert(digits.size() - 3, ",");
+    return fmt::format("{}\t{}", 20 * i, digits);
+  };
+  check_fault([&] { (void)read(table("Time (ms)\tx (um)\n", row), 1); }, FaultKind::input, "table.thousands",
+              {"column 2", "tr -d , < "});
+  // Three decimals throughout, with a zero before them, are decimals.
+  check_decay(
+      table("Time (ms)\tx (mm)\n", [](int i) { return with_commas(fmt::format("{}\t{:.3f}", 20 * i, value(i))); }));
+  check_fault([] { (void)read(table("t (s),x (mm)\n", [](int i) { return with_commas(plain(i)); }), 1); },
+              FaultKind::input, "table.header", {"commas are both", "sed -E"});
+}
+
+TEST_CASE("rows end before empty cells and words, and a second line of names is none", "[dsp][table_kinds]") {
+  const auto rows = table("time_s,x_mm\n", plain);
+  CHECK_FALSE(check_decay(rows + ",\n,\n").has_check("table.end"));
+  CHECK(check_decay(rows + "END OF DATA\nMax,20.0\n").has_check("table.end"));
+  const auto again =
+      check_decay(table("time_s,x_mm\n", [](int i) { return (i == 150 ? "time_s,x_mm\n" : "") + plain(i); }));
+  CHECK(again.has_check("table.header_again"));
+}
+
+TEST_CASE("keys and values beside the first rows are no columns", "[dsp][table_kinds]") {
+  const auto found = check_decay(table("",
+                                       [](int i) {
+                                         const char* beside[] = {"Record Length,300,", "Interval,2e-2,", "Source,CH1,"};
+                                         return std::string(i < 3 ? beside[i] : ",,") + "," + plain(i) + ",";
+                                       }),
+                                 4, "");
+  CHECK(found.info.time_column == 3);
+  CHECK(found.info.partial == std::vector<bool>{true, true, true, false, false});
+}
+
+TEST_CASE("a remark names columns with blanks in their names, and channels that take turns are refused",
+          "[dsp][table_kinds]") {
+  for (const char* header : {"% time [s]   Laser A [mm]\n", "# time [s] x [mm]\n"})
+    check_decay(table(header, [](int i) { return fmt::format("{:.2f}  {:.3f}", i / rate_hz, value(i)); }));
+  const auto turns = table("time_s,channel,value\n", [](int i) {
+    return fmt::format("{:.2f},x,{:.3f}\n{:.2f},f,1.5", i / rate_hz, value(i), i / rate_hz);
+  });
+  check_fault([&] { (void)read(turns, 2); }, FaultKind::input, "table.turns",
+              {"'channel'", "pivot(index=c[0], columns=c[1], values=c[2])"});
+}
+
+TEST_CASE("a count of rows goes on where rows are lost", "[dsp][table_kinds]") {
+  const auto found =
+      read(table("count,time_s,x_mm\n", [](int i) { return fmt::format("{},{}", i + i / 50, plain(i + i / 50)); }), 2);
+  CHECK(found.info.partial[0]);
 }

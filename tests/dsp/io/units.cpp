@@ -83,6 +83,10 @@ TEST_CASE("a column's name may carry its unit", "[dsp][units]") {
   check("m/s", "m/s", "");
   check("Force N", "Force N", "");  // the northern one
   check("Laser/AI 1", "Laser/AI 1", "");
+  check("Time (min)", "Time", "min");
+  check("x_min", "x_min", "");  // the least, not minutes
+  check("x (min)", "x (min)", "");
+  check("elapsed_h", "elapsed", "h");
 }
 
 TEST_CASE("units are known in their usual spellings", "[dsp][units]") {
@@ -99,6 +103,11 @@ TEST_CASE("units are known in their usual spellings", "[dsp][units]") {
       {"ms", {"msec", "milliseconds"}},
       {"us", {"\xc2\xb5s", "usec", "microseconds"}},
       {"N", {"Newton", "newtons"}},
+      {"min", {"minutes", "Minuten"}},
+      {"h", {"hours", "hrs"}},
+      {"mil", {"mils", "thou"}},
+      {"Gal", {"gal"}},
+      {"m/s^2", {"m/s\xc3\x82\xc2\xb2"}},
       {"lbf", {"lb", "lbs", "Pounds"}},
       {"V", {"Volt", "volts"}},
       {"deg", {"\xc2\xb0", "degrees", "Grad"}},
