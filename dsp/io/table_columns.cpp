@@ -266,8 +266,13 @@ void leave_out_empty(TableLayout& layout, const std::vector<Beginning>& first, c
     return first[i].num_values == 0 && column.left_out.empty() && static_cast<int>(i) != layout.time_column;
   };
   std::vector<bool> is_empty(first.size());
-  for (std::size_t i = 0; i < first.size(); ++i) is_empty[i] = is_open(i);
-  if (std::find(is_empty.begin(), is_empty.end(), true) == is_empty.end()) return;
+  bool has_channel = false;  // or the record is empty, which is another matter
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    is_empty[i] = is_open(i);
+    has_channel = has_channel ||
+                  (!is_empty[i] && layout.columns[i].left_out.empty() && static_cast<int>(i) != layout.time_column);
+  }
+  if (!has_channel || std::find(is_empty.begin(), is_empty.end(), true) == is_empty.end()) return;
   const auto from = std::max(layout.data_offset, file.size() - std::min(file.size(), looked_at));
   const std::string text = file.text(from, static_cast<std::size_t>(file.size() - from));
   for (std::size_t at = 0; at < text.size();) {

@@ -294,15 +294,20 @@ class TableFile : public RowsOnClock {
     if (value == layout_.columns.end()) return;
     const std::string path = path_to_paste(*file_);
     const char separator = layout_.style.separator;
-    throw Fault(
-        FaultKind::input, "table.turns",
-        fmt::format("{}: several rows have the same time and column {} tells them apart: channels take turns. "
-                    "Give each a column, with pip install pandas: python3 -c \"import pandas; "
-                    "d = pandas.read_csv('{}', sep='{}', decimal='{}'); c = d.columns; "
-                    "d.pivot(index=c[{}], columns=c[{}], values=c[{}]).to_csv('{}.wide.csv')\"",
-                    file_->name(), file_->quoted(label->name), path,
-                    separator == '\t' ? "\\t" : std::string(1, separator), layout_.style.decimal_comma ? ',' : '.',
-                    clock_column_, label - layout_.columns.begin(), value - layout_.columns.begin(), path));
+    // $1 time, $2 label, $3 value: a line of labels, then a line for each time.
+    constexpr std::string_view command =
+        R"(awk -F'{}' '{{sub(/\r$/, "")}} NR < {} {{h = ${}; next}} !(${} in s) {{s[${}]; t[++n] = ${}}} )"
+        R"(!(${} in k) {{k[${}]; c[++m] = ${}}} {{v[${}, ${}] = ${}}} END {{printf "%s", h; )"
+        R"(for (j = 1; j <= m; ++j) printf "%s%s", FS, c[j]; print ""; for (i = 1; i <= n; ++i) {{printf "%s", t[i]; )"
+        R"(for (j = 1; j <= m; ++j) printf "%s%s", FS, v[t[i], c[j]]; print ""}}}}' '{}' > '{}.wide')";
+    const int time = clock_column_ + 1, of = static_cast<int>(label - layout_.columns.begin()) + 1,
+              is = static_cast<int>(value - layout_.columns.begin()) + 1;
+    throw Fault(FaultKind::input, "table.turns",
+                fmt::format("{}: several rows have the same time and column {} tells them apart: channels take turns. "
+                            "Give each a column: ",
+                            file_->name(), file_->quoted(label->name)) +
+                    fmt::format(command, separator == '\t' ? "\\t" : std::string(1, separator), layout_.first_line,
+                                time, time, time, time, of, of, of, time, of, is, path, path));
   }
 
   // Where a recorder began anew.

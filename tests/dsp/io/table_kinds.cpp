@@ -451,7 +451,7 @@ TEST_CASE("a remark names columns with blanks in their names, and channels that 
     return fmt::format("{:.2f},x,{:.3f}\n{:.2f},f,1.5", i / rate_hz, value(i), i / rate_hz);
   });
   check_fault([&] { (void)read(turns, 2); }, FaultKind::input, "table.turns",
-              {"'channel'", "pivot(index=c[0], columns=c[1], values=c[2])"});
+              {"'channel'", "{v[$1, $2] = $3}", "a.csv.wide"});
 }
 
 TEST_CASE("a count of rows goes on where rows are lost", "[dsp][table_kinds]") {
