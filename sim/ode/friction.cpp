@@ -30,6 +30,19 @@ int side_after(const Switches& switches, int i, double t, const double* y, const
   return side_from_zero(*rates, before);
 }
 
+/// Lets go of the first switch that is held where, with the others on their sides now, one side leads away; false:
+/// there is none.
+bool release(const Switches& switches, double t, const double* y, Sides& sides) {
+  for (int i = 0; i < switches.count; ++i) {
+    if (sides[i] != 0.0) continue;
+    const auto rates = switches.rates_at_zero(i, t, y, sides.data());
+    const int side = rates ? side_from_zero(*rates, 1) : 0;
+    sides[i] = side;
+    if (side != 0) return true;
+  }
+  return false;
+}
+
 int starting_mode(const Switches& switches, double t, const double* y) {
   Sides sides;
   sides.fill(1.0);
@@ -37,6 +50,7 @@ int starting_mode(const Switches& switches, double t, const double* y) {
     const double value = switches.value(i, t, y);
     sides[i] = value == 0.0 ? side_after(switches, i, t, y, sides) : value < 0.0 ? -1.0 : 1.0;
   }
+  while (switches.count > 1 && release(switches, t, y, sides)) continue;
   return mode_of(sides, switches.count);
 }
 
@@ -92,6 +106,11 @@ void add_switches(System& system, Switches switches) {
       const int side = side_after(switches, i, t, y, sides);
       switches.settle(i, side, t, y);
       sides[i] = side;
+    }
+    // What this lets go may change the side on which it goes on itself.
+    for (int again = 0; again < count && count > 1 && release(switches, t, y, sides); ++again) {
+      sides[i] = side_after(switches, i, t, y, sides);
+      switches.settle(i, static_cast<int>(sides[i]), t, y);
     }
     return mode_of(sides, count);
   };
