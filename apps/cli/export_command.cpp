@@ -86,11 +86,16 @@ int export_equation(const ExportArguments& arguments, const GlobalOptions& globa
   const fs::path destination =
       global.output.empty() ? named_path(arguments.run).concat("-" + arguments.to) : fs::path(global.output);
   check_finished_run(arguments.run, global.strict, console);
-  refuse_bodies_run(arguments.run, "export");
   require_apart(destination, {equation_file});
   OutputFolder folder(destination, global.force);
   Manifest manifest = begin_manifest("export", global.command_line, global.seed, folder.destination());
-  const ExportedEquation equation = read_exported_equation(arguments.run, arguments.range, arguments.method);
+  const bool are_bodies = is_bodies_run(arguments.run);
+  if (are_bodies && !(arguments.range.empty() && arguments.method.empty()))
+    throw dsp::Fault(dsp::FaultKind::usage, "usage",
+                     "export: --range and --method are for runs of one body. Leave them out");
+  const ExportedEquation equation = are_bodies
+                                        ? read_exported_bodies(arguments.run)
+                                        : read_exported_equation(arguments.run, arguments.range, arguments.method);
   if (!equation.run) console.warning("export.no_free_run", "nothing to compare the program with: " + equation.no_run);
   refuse_warnings(global.strict, console);
   std::string_view file;
@@ -108,9 +113,9 @@ int export_equation(const ExportArguments& arguments, const GlobalOptions& globa
   manifest.warnings = console.warnings();
   folder.commit(std::move(manifest));
   console.result(console.json() ? fmt::format("{{\"file\": \"{}\"}}\n", file)
-                                : fmt::format("{}\nit is in {}, range {}, method {}: {}\n",
-                                              ident::to_text(equation.model), (folder.destination() / file).string(),
-                                              equation.range, equation.method, equation.verdict));
+                                : fmt::format("{}\n{} in {}, {}\n", text_of_models(equation, "\n"),
+                                              equation.models.size() == 1 ? "it is" : "they are",
+                                              (folder.destination() / file).string(), origin_of(equation)));
   return 0;
 }
 
@@ -134,10 +139,11 @@ Command export_command() {
       .examples = {"ardent export drive-run --to python -o drive-model && python3 drive-model/equation.py",
                    "ardent export drive-run --to fmu --range high"},
       .details =
-          "Writes a folder with the equation in one file, its coefficients with their standard deviations and "
-          "covariance, its inputs, where its x is zero and between which x and v it was fitted. Beside it is "
-          "free_run.csv: the inputs of the longest free run of the verdict and the x that follows, integrated again "
-          "in small steps. python3 equation.py (numpy, scipy), equation in Octave or MATLAB, and equation.c compiled "
+          "Writes a folder with the equation in one file, of a run with several bodies or an inner state all of them; "
+          "its coefficients with their standard deviations and covariance, its inputs, where its x is zero and between "
+          "which x and v it was fitted. Beside it is free_run.csv: the inputs of the longest free run of the verdict "
+          "and the x that follows, integrated again in small steps. python3 equation.py (numpy, scipy), equation in "
+          "Octave or MATLAB, and equation.c compiled "
           "with -DEQUATION_MAIN run it themselves, locate each sgn where it switches and hold the motion there as dry "
           "friction does, and print how far they are from that x; beyond 1e-8 of the largest they end with 1. fmu is "
           "FMI 2.0 for co-simulation, compiled by cc; it takes derivatives of its inputs up to the third."};

@@ -79,8 +79,11 @@ Prediction predicted(const ident::BodiesModel& model, ident::BodiesRecord given,
           state[i] = record.input_samples(0, j);
   }
   const Index n = record.input_samples.rows() - prediction.first;
-  prediction.positions = ident::run_free(model, record.input_samples.bottomRows(n), record.sample_rate_hz, state, scale,
-                                         static_cast<double>(prediction.first) / record.sample_rate_hz);
+  const double begin_s = static_cast<double>(prediction.first) / record.sample_rate_hz;
+  const Eigen::MatrixXd inputs = record.input_samples.bottomRows(n);
+  prediction.positions =
+      ident::responses_of(model, ident::run_free(model, inputs, record.sample_rate_hz, state, scale, begin_s), inputs,
+                          record.sample_rate_hz, begin_s);
   prediction.nmse = ident::errors_of_run(record, prediction.positions, prediction.first, prediction.counted).nmse;
   return prediction;
 }
@@ -151,7 +154,7 @@ int predict_bodies(const PredictArguments& arguments, const GlobalOptions& globa
       global.output.empty() ? std::filesystem::path(dsp::slug(arguments.recording.stem().string()) + "-predict")
                             : global.output;
   require_apart(destination, {equation_file, arguments.recording});
-  const ident::BodiesModel model = read_bodies_model(arguments.run);
+  const ident::BodiesModel model = read_bodies(arguments.run).model;
   OutputFolder folder(destination, global.force);
   Manifest manifest = begin_manifest("predict", global.command_line, global.seed, folder.destination());
   dsp::ReadOptions options;

@@ -133,6 +133,24 @@ BodiesInput read_bodies(const Config& config, const RunArguments& arguments, Con
   return result;
 }
 
+/// Among the signals of each recording the inputs as the equations look at them: in their frame, what it lacks derived.
+void add_inputs(std::vector<Input>& inputs, const ident::BodiesRecord& record, const ident::BodiesLayout& layout) {
+  const ident::BodiesRecord framed = ident::in_frame(record, layout.frame);
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    for (std::size_t j = 0; j < framed.inputs.size(); ++j) {
+      std::vector<dsp::Signal>& signals = inputs[i].prepared.signals.signals;
+      const dsp::IndexRange& rows = framed.parts[i].rows;
+      const Eigen::VectorXd values =
+          framed.input_samples.col(static_cast<Index>(j)).segment(rows.first, rows.last - rows.first);
+      const auto found = std::find_if(signals.begin(), signals.end(),
+                                      [&](const dsp::Signal& one) { return one.name == framed.inputs[j]; });
+      if (found != signals.end())
+        found->values = values;
+      else
+        signals.push_back({framed.inputs[j], "", values});
+    }
+}
+
 ident::BodyLibrary library_of(const Config& config) {
   return {.order = config.library.order,
           .constant = config.library.constant,
@@ -186,7 +204,7 @@ bool is_of_bodies(const dsp::Fault& error) {
 
 RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunArguments& arguments, Console& console) {
   HashesBeside hashes(input_files(config), arguments.num_threads);
-  const auto [inputs, record] = read_bodies(config, arguments, console);
+  auto [inputs, record] = read_bodies(config, arguments, console);
   (void)results.add_files(inputs, hashes);
   refuse_warnings(arguments.strict, console);
   console.step(config.inner == ident::Inner::none
@@ -205,6 +223,7 @@ RunOutcome run_bodies_into(RunFolder& results, const Config& config, const RunAr
   results.write("equation.tex", bodies_latex(found, record));
   results.write("equation.json", outcome.equation);
   results.write("report.json", outcome.equation);
+  add_inputs(inputs, record, found.model.layout);
   results.write("metrics.json", "{\n  \"ranges\": []\n}\n");  // which are of one body
   if (config.rows && !found.runs.empty()) results.write(free_run_table(found, record), console);
   const std::vector<PlotFigure> figures = bodies_figures(found, record);

@@ -1,21 +1,25 @@
 #include "apps/export/exported_equation.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
+#include "apps/export/prepared_rows.hpp"
 #include "apps/output/equation_file.hpp"
+#include "apps/output/report_text.hpp"
 #include "apps/output/run_json.hpp"
 #include "dsp/fault.hpp"
-#include "dsp/io/table_cells.hpp"
 #include "dsp/signals.hpp"
 #include "ident/equation/equation_of_motion.hpp"
+#include "ident/library/expression_derivative.hpp"
 #include "ident/library/expression_parser.hpp"
 #include "ident/sensors/sensor_parameters.hpp"
 #include "ident/validate/free_run.hpp"
-#include "ident/validate/interpolant.hpp"
 #include "sim/ode/friction.hpp"
 
 namespace apps {
@@ -62,56 +66,13 @@ Stretch longest_run(const Json& metrics, const std::string& range, const std::st
   return longest;
 }
 
-/// The signals of one recording of prepared.csv, and its name there; of the only one none.
-struct PreparedRows {
-  std::string recording;
-  dsp::Motion motion;
-};
-
-PreparedRows read_rows(const fs::path& file, std::size_t recording) {
-  const std::string text = read_run_file(file);
-  std::vector<std::string> names;
-  std::vector<std::vector<double>> columns;
-  PreparedRows result;
-  std::size_t number = 0;
-  std::string last_name, name;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    dsp::Fields fields(std::string_view(text).substr(begin, end - begin), ',');
-    begin = end + 1;
-    std::string_view field;
-    if (names.empty()) {
-      while (fields.next(field)) names.emplace_back(dsp::unquoted(field));
-      columns.resize(names.size());
-      continue;
-    }
-    std::vector<double> row;
-    while (fields.next(field)) {
-      double value = std::nan("");
-      if (names[row.size() % names.size()] == "recording")
-        name = dsp::unquoted(field);
-      else
-        (void)dsp::parse_cell(field, false, value);
-      row.push_back(value);
-    }
-    if (row.size() != names.size())
-      throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("{}: rows of unequal length", file.string()));
-    if (number == 0 || name != last_name) ++number, last_name = name;
-    if (number != recording) continue;
-    result.recording = name;
-    for (std::size_t c = 0; c < row.size(); ++c) columns[c].push_back(row[c]);
-  }
-  for (std::size_t c = 0; c < names.size(); ++c)
-    if (names[c] != "recording")
-      result.motion.signals.push_back(
-          {names[c], "", Eigen::Map<const Eigen::VectorXd>(columns[c].data(), std::ssize(columns[c]))});
-  const dsp::Signal* t = result.motion.find("t");
-  const Index n = result.motion.num_samples();
-  if (t == nullptr || result.motion.find("x") == nullptr || n < 2 || !(t->values(n - 1) > t->values(0)))
-    throw dsp::Fault(dsp::FaultKind::input, "run.damaged",
-                     fmt::format("{}: want columns t and x of the recording that was run", file.string()));
-  result.motion.sample_rate_hz = static_cast<double>(n - 1) / (t->values(n - 1) - t->values(0));
-  return result;
+/// "x", 2 of "x2"; 0 for no such name.
+std::pair<char, int> of_body(const std::string& signal) {
+  int body = 0;
+  const char *begin = signal.data() + 1, *end = signal.data() + signal.size();
+  if (signal.size() < 2 || (signal[0] != 'x' && signal[0] != 'v') || std::from_chars(begin, end, body).ptr != end)
+    return {};
+  return {signal[0], body};
 }
 
 /// Compiled as the free run compiles it. Without a motion: every signal may be an input.
@@ -140,12 +101,10 @@ ident::EquationOfMotion compiled(const ident::Model& model, bool base_moves, con
 void describe(const ident::EquationOfMotion& equation, ExportedEquation& result) {
   const ident::EquationFrame& frame = equation.frame();
   result.states = frame.states;
+  result.driven = {1};
+  result.displacements = {"x"};
   result.inputs = equation.inputs();
   result.switches = equation.switches();
-  if (result.switches.size() > sim::max_switches)
-    throw dsp::Fault(dsp::FaultKind::usage, "export.equation",
-                     fmt::format("the equation has {} switches; at most {} can be exported", result.switches.size(),
-                                 sim::max_switches));
   const bool relative = frame.states[0] == "x";
   const auto looks_at = [&](const std::string& name) {
     return std::find(equation.signals().begin(), equation.signals().end(), name) != equation.signals().end();
@@ -162,64 +121,122 @@ void describe(const ident::EquationOfMotion& equation, ExportedEquation& result)
   };
   if (!relative || looks_at("y")) add(relative ? "y" : "x", relative ? "x" : "y", "r", frame.offset_m);
   if (looks_at(relative ? "dy" : "v")) add(relative ? "dy" : "v", relative ? "v" : "dy", "dr", 0.0);
-  for (const ident::ModelTerm& term : result.model.terms)
-    result.terms.push_back(with_sides(tree_of(term.name), result.switches));
-  for (std::size_t k = 0; k < result.switches.size(); ++k) {
-    const bool other = frame.base_moves && result.switches[k] == (relative ? "dy" : "v");
-    result.switch_values.push_back(with_sides(tree_of(result.switches[k]), {}));
-    result.can_hold.push_back(equation.can_hold(k) ? 1 : 0);
-    for (const char* base : {"dr", "ddr"})
-      result.held.push_back(tree_of(other ? (relative ? "-" : "") + std::string(base) : "0"));
-  }
+  std::vector<unsigned char> can_hold;
+  for (std::size_t k = 0; k < result.switches.size(); ++k) can_hold.push_back(equation.can_hold(k) ? 1 : 0);
+  describe_terms(result, can_hold);
 }
 
 /// Integrates it again, from the measured state, in steps so small that two integrators agree.
 ExportedRun run_again(const ident::Model& model, const dsp::Motion& motion, const Stretch& stretch,
                       const ExportedEquation& equation) {
-  const auto first = static_cast<Index>(std::llround(stretch.from_s * motion.sample_rate_hz));
-  const auto last = static_cast<Index>(std::llround(stretch.to_s * motion.sample_rate_hz));
-  const Index n = motion.num_samples();
-  if (first < 0 || last > n || last - first < 2)
-    throw dsp::Fault(dsp::FaultKind::input, "run.damaged", "prepared.csv: the free run is outside of it");
-  ident::Course course{&motion, {{first, last}}, std::vector<unsigned char>(static_cast<std::size_t>(n), 1)};
+  const dsp::IndexRange samples = samples_between(motion, stretch.from_s, stretch.to_s);
+  const ident::Course course{
+      &motion, {samples}, std::vector<unsigned char>(static_cast<std::size_t>(motion.num_samples()), 1)};
   const ident::FreeRun run =
       ident::free_run(model, {course}, {.min_periods = 0.0, .relative_tolerance = 1e-12, .keep_series = true});
   if (!run.reason.empty()) throw dsp::Fault(dsp::FaultKind::numerics, "export.free_run", run.reason);
-  ExportedRun result{
-      .start_s = static_cast<double>(first) / motion.sample_rate_hz,
-      .rate_hz = ExportedRun::steps_per_sample * motion.sample_rate_hz,
-      .position = motion.at(equation.states[0])(first),
-      .speed = motion.at(equation.states[1])(first),
-      .inputs = Eigen::MatrixXd((last - first - 1) * ExportedRun::steps_per_sample + 1, std::ssize(equation.inputs)),
-      .x = run.series.front().predicted.segment(first, last - first)};
-  for (Index c = 0; c < result.inputs.cols(); ++c) {
-    const ident::Interpolant input(motion.at(equation.inputs[static_cast<std::size_t>(c)]), motion.sample_rate_hz,
-                                   first, last);
-    for (Index i = 0; i < result.inputs.rows(); ++i)
-      result.inputs(i, c) = input.at(result.start_s + static_cast<double>(i) / result.rate_hz);
-  }
+  ExportedRun result = run_over(motion, samples, equation.inputs);
+  for (const std::string& state : equation.states) result.state.push_back(motion.at(state)(samples.first));
+  result.x = run.series.front().predicted.segment(samples.first, samples.last - samples.first);
   return result;
+}
+
+/// The same with every derived signal as what it is.
+ident::Tree written_out(const ident::Tree& tree, const std::vector<ExportedEquation::Derived>& derived) {
+  if (tree == nullptr) return nullptr;
+  if (tree->operation == ident::Operation::signal)
+    for (const auto& one : derived)
+      if (one.name == tree->name) return one.value;
+  ident::Node node = *tree;
+  node.left = written_out(tree->left, derived);
+  node.right = written_out(tree->right, derived);
+  return std::make_shared<const ident::Node>(std::move(node));
+}
+
+/// dg/dt by inputs and t; none where the rate of an input is no input.
+ident::Tree pace_by_inputs(ExportedEquation& equation, const ident::Tree& g) {
+  ident::NormalForm pace = ident::derivative(g, "t");
+  std::vector<std::string> looked_at;
+  ident::for_each_node(g, [&](const ident::Node& node) {
+    if (node.operation == ident::Operation::signal) looked_at.push_back(node.name);
+  });
+  for (const std::string& signal : looked_at) {
+    const ident::NormalForm slope = ident::derivative(g, signal);
+    if (signal == "t" || slope.number() == 0.0 ||
+        std::find(equation.states.begin(), equation.states.end(), signal) != equation.states.end())
+      continue;
+    const std::string rate = signal == "r" ? "dr" : signal == "dr" ? "ddr" : "";
+    if (rate.empty()) return nullptr;
+    if (std::find(equation.inputs.begin(), equation.inputs.end(), rate) == equation.inputs.end())
+      equation.inputs.push_back(rate);
+    pace = pace + slope * ident::NormalForm::signal(rate);
+  }
+  return pace.tree();
 }
 
 }  // namespace
 
+void describe_terms(ExportedEquation& equation, const std::vector<unsigned char>& can_hold) {
+  if (equation.switches.size() > sim::max_switches)
+    throw dsp::Fault(dsp::FaultKind::usage, "export.equation",
+                     fmt::format("the equation has {} switches; at most {} can be exported", equation.switches.size(),
+                                 sim::max_switches));
+  for (const ident::Model& model : equation.models)
+    for (const ident::ModelTerm& term : model.terms)
+      equation.terms.push_back(with_sides(tree_of(term.name), equation.switches));
+  for (std::size_t k = 0; k < equation.switches.size(); ++k) {
+    equation.switch_values.push_back(with_sides(tree_of(equation.switches[k]), {}));
+    const ident::Tree g = written_out(equation.switch_values.back(), equation.derived);
+    std::vector<ident::Tree>& slopes = equation.slopes.emplace_back();
+    for (const std::string& state : equation.states) slopes.push_back(ident::derivative(g, state).tree());
+    slopes.push_back(can_hold[k] != 0 ? pace_by_inputs(equation, g) : nullptr);
+  }
+}
+
+const ident::ModelTerm& ExportedEquation::parameter(std::size_t i) const& {
+  for (const ident::Model& model : models) {
+    if (i < model.terms.size()) return model.terms[i];
+    i -= model.terms.size();
+  }
+  throw std::out_of_range("ExportedEquation::parameter");
+}
+
+std::vector<double> ExportedEquation::start() const {
+  return run ? run->state : std::vector<double>(states.size(), 0.0);
+}
+
 std::string program_name(const std::string& signal) {
-  return dsp::find_signal(signal) == nullptr ? "u_" + signal : signal;
+  const auto [letter, body] = of_body(signal);
+  return body > 0 || dsp::find_signal(signal) != nullptr ? signal : "u_" + signal;
 }
 
 std::string meaning_of(const ExportedEquation& equation, const std::string& signal) {
-  const dsp::SignalInfo* info = dsp::find_signal(signal);
+  const auto [letter, body] = of_body(signal);
+  const dsp::SignalInfo* info = dsp::find_signal(body > 0 ? std::string(1, letter) : signal);
   std::string unit(info == nullptr ? "" : info->unit);
-  const auto& coordinates = equation.model.coordinates;
-  if (unit.starts_with("m") && info->body != dsp::Body::base && !coordinates.empty() &&
-      !coordinates.front().unit.empty())  // of an angle: rad, rad/s
-    unit.replace(0, 1, coordinates.front().unit);
-  std::string text = info == nullptr || info->role == dsp::Role::other
-                         ? std::string("as recorded")
-                         : fmt::format("{}{}{}", dsp::in_words(info->role), unit.empty() ? "" : ", ", unit);
-  for (const ident::Extent& extent : equation.model.extents)
+  if (unit.starts_with("m") && info->body != dsp::Body::base) unit.replace(0, 1, equation.length);  // rad, rad/s
+  std::string what = info == nullptr || info->role == dsp::Role::other ? "as recorded" : dsp::in_words(info->role);
+  const bool is_state = std::find(equation.states.begin(), equation.states.end(), signal) != equation.states.end();
+  if (is_state && equation.method.empty()) {  // of bodies in a row
+    what = signal == "z" ? "inner state" : letter == 'v' || signal == "v" ? "velocity" : "displacement";
+    if (body > 0) what += fmt::format(" of body {}", body);
+    if (signal == "z") unit.clear();  // that of what it acts as
+  }
+  std::string text = what + (unit.empty() ? "" : ", " + unit);
+  for (const ident::Extent& extent : equation.models.front().extents)
     if (extent.signal == signal) text += fmt::format("; fitted from {:.6g} to {:.6g}", extent.lowest, extent.highest);
   return text;
+}
+
+std::string origin_of(const ExportedEquation& equation) {
+  if (equation.method.empty()) return equation.verdict;
+  return fmt::format("range {}, method {}: {}", equation.range, equation.method, equation.verdict);
+}
+
+std::string text_of_models(const ExportedEquation& equation, const std::string& between) {
+  std::vector<std::string> texts;
+  for (const ident::Model& model : equation.models) texts.push_back(ident::to_text(model));
+  return fmt::format("{}", fmt::join(texts, between));
 }
 
 ExportedEquation read_exported_equation(const fs::path& run, const std::string& range, const std::string& method) {
@@ -241,7 +258,7 @@ ExportedEquation read_exported_equation(const fs::path& run, const std::string& 
   }
   dsp::Motion motion;
   if (has_rows && stretch.recording > 0) {
-    PreparedRows rows = read_rows(run / "prepared.csv", stretch.recording);
+    PreparedRows rows = read_prepared_rows(run / "prepared.csv", stretch.recording, "x");
     motion = std::move(rows.motion);
     result.recording = rows.recording;
     for (const ident::Coordinates& one : model.coordinates) {
@@ -256,16 +273,21 @@ ExportedEquation read_exported_equation(const fs::path& run, const std::string& 
   int number = 0;
   for (const ident::ModelTerm& term : model.terms)
     if (term.recording > 0 && term.recording_name == result.recording) number = term.recording;
-  result.model = equation_of(model, number);
+  const ident::Model own = equation_of(model, number);
+  result.models = {own};
+  result.covariance = own.covariance;
+  result.coordinates = own.coordinates;
+  result.coordinates_sentence = coordinates_sentence(own.coordinates);
+  if (!own.coordinates.empty() && !own.coordinates.front().unit.empty()) result.length = own.coordinates.front().unit;
   const ident::EquationOfMotion equation =
-      compiled(result.model, motion.signals.empty() ? found.base_measured : motion.find("r") != nullptr, motion);
+      compiled(own, motion.signals.empty() ? found.base_measured : motion.find("r") != nullptr, motion);
   describe(equation, result);
   if (motion.signals.empty() && std::any_of(result.derived.begin(), result.derived.end(),
                                             [](const auto& one) { return one.name == "x" || one.name == "y"; }))
     throw dsp::Fault(dsp::FaultKind::usage, "export.equation",
                      fmt::format("{}: the equation looks at x and y, and how they differ is in prepared.csv alone: {}",
                                  run.string(), result.no_run));
-  if (!motion.signals.empty()) result.run = run_again(result.model, motion, stretch, result);
+  if (!motion.signals.empty()) result.run = run_again(own, motion, stretch, result);
   return result;
 }
 

@@ -1,6 +1,6 @@
 
 /* FMI 2.0 for co-simulation, its types and functions as the standard has them. Value references: parameters, inputs,
-   then position, speed and x. Inputs are polynomials of third degree in a step where their derivatives are given. */
+   then the states and displacements. Inputs are polynomials of third degree in a step where their derivatives are given. */
 
 #define EXPORTED __attribute__((visibility("default")))
 typedef enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal, fmi2Pending } fmi2Status;
@@ -15,7 +15,8 @@ typedef struct {
 static void reset(Instance *i) {
   memset(i, 0, sizeof *i);
   memcpy(i->motion.p, parameters, sizeof i->motion.p);
-  i->motion.t = run[0], i->motion.state[0] = run[2], i->motion.state[1] = run[3];
+  memcpy(i->motion.state, begin, sizeof i->motion.state);
+  i->motion.t = run[0];
 }
 
 EXPORTED const char *fmi2GetTypesPlatform(void) { return "default"; }
@@ -39,20 +40,17 @@ EXPORTED fmi2Status fmi2SetupExperiment(void *i, int has_tolerance, double toler
 static double *place(Instance *i, Reference r) {
   if (r < FIRST_INPUT) return &i->motion.p[r];
   if (r < FIRST_OUTPUT) return &i->u[r - FIRST_INPUT][0];
-  return r < FIRST_OUTPUT + 2 ? &i->motion.state[r - FIRST_OUTPUT] : NULL;
+  return r < FIRST_OUTPUT + NUM_STATES ? &i->motion.state[r - FIRST_OUTPUT] : NULL;
 }
 EXPORTED fmi2Status fmi2GetReal(void *instance, const Reference *r, size_t n, double *values) {
   Instance *i = instance;
   for (size_t k = 0; k < n; ++k) {
     const double *at = place(i, r[k]);
-    double in[NUM_INPUTS + 1];
+    double in[NUM_INPUTS + 1], x[NUM_X];
     for (int j = 0; j < NUM_INPUTS; ++j) in[j] = i->u[j][0];
-    if (at != NULL)
-      values[k] = *at;
-    else if (r[k] == FIRST_OUTPUT + 2)
-      displacement(i->motion.p, i->motion.t, i->motion.state, in, 0, &values[k]);
-    else
-      return fmi2Error;
+    displacements(i->motion.p, i->motion.t, i->motion.state, in, 0, x);
+    if (at == NULL && r[k] >= FIRST_OUTPUT + NUM_STATES + NUM_X) return fmi2Error;
+    values[k] = at != NULL ? *at : x[r[k] - FIRST_OUTPUT - NUM_STATES];
   }
   return fmi2OK;
 }

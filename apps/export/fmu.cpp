@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
-#include <array>
+#include <algorithm>
 #include <cstdint>
 
 #include "apps/export/printed_equation.hpp"
@@ -41,27 +41,31 @@ class Variables {
 
 FmuTexts printed_fmu(const ExportedEquation& equation) {
   Variables variables;
-  const ident::Model& model = equation.model;
-  for (std::size_t i = 0; i < model.terms.size(); ++i)
-    variables.add(fmt::format("p[{}]", i + 1),
-                  fmt::format("coefficient of {}, standard deviation {:.3g} {}", model.terms[i].name,
-                              model.terms[i].std, model.terms[i].unit),
-                  "causality=\"parameter\" variability=\"fixed\" initial=\"exact\"",
-                  fmt::format("{}", model.terms[i].mean));
+  std::size_t number = 0;
+  for (const ident::Model& model : equation.models)
+    for (const ident::ModelTerm& term : model.terms)
+      variables.add(fmt::format("p[{}]", ++number),
+                    fmt::format("coefficient of {}{}, standard deviation {:.3g} {}", term.name,
+                                equation.models.size() == 1 ? "" : " in " + model.target, term.std, term.unit),
+                    "causality=\"parameter\" variability=\"fixed\" initial=\"exact\"", fmt::format("{}", term.mean));
   for (const std::string& input : equation.inputs)
     variables.add(input, meaning_of(equation, input), "causality=\"input\" variability=\"continuous\"", "0");
-  const std::array<double, 2> start{equation.run ? equation.run->position : 0.0,
-                                    equation.run ? equation.run->speed : 0.0};
-  for (std::size_t i = 0; i < 2; ++i)
-    variables.add(equation.states[i] + (i == 0 && equation.states[0] == "x" ? "_state" : ""),
-                  meaning_of(equation, equation.states[i]),
-                  "causality=\"output\" variability=\"continuous\" initial=\"exact\"", fmt::format("{}", start[i]));
-  variables.add("x", meaning_of(equation, "x"),
-                "causality=\"output\" variability=\"continuous\" initial=\"calculated\"", "");
+  const std::vector<double> start = equation.start();
+  const std::vector<std::string>& outputs_of = equation.displacements;
+  for (std::size_t i = 0; i < equation.states.size(); ++i)
+    variables.add(
+        equation.states[i] +
+            (std::find(outputs_of.begin(), outputs_of.end(), equation.states[i]) != outputs_of.end() ? "_state" : ""),
+        meaning_of(equation, equation.states[i]), "causality=\"output\" variability=\"continuous\" initial=\"exact\"",
+        fmt::format("{}", start[i]));
+  const int first_calculated = variables.count() + 1;
+  for (const std::string& name : outputs_of)
+    variables.add(name, meaning_of(equation, name),
+                  "causality=\"output\" variability=\"continuous\" initial=\"calculated\"", "");
   std::string outputs, unknowns;
-  for (int i = variables.count() - 2; i <= variables.count(); ++i)
-    outputs += fmt::format("      <Unknown index=\"{}\"/>\n", i);
-  unknowns = fmt::format("      <Unknown index=\"{}\"/>\n", variables.count());
+  for (int i = first_calculated - static_cast<int>(equation.states.size()); i <= variables.count(); ++i)
+    (i < first_calculated ? outputs : unknowns) += fmt::format("      <Unknown index=\"{}\"/>\n", i);
+  outputs += unknowns;
   FmuTexts texts;
   const std::string model_source = printed_c(equation), digest = sha256(model_source + variables.text());
   const std::string guid = fmt::format("{{{}-{}-{}-{}-{}}}", digest.substr(0, 8), digest.substr(8, 4),
@@ -76,7 +80,7 @@ FmuTexts printed_fmu(const ExportedEquation& equation) {
       "  <DefaultExperiment startTime=\"{}\"/>\n  <ModelVariables>\n{}  </ModelVariables>\n  <ModelStructure>\n"
       "    <Outputs>\n{}    </Outputs>\n    <InitialUnknowns>\n{}    </InitialUnknowns>\n  </ModelStructure>\n"
       "</fmiModelDescription>\n",
-      guid, escaped_markup(ident::to_text(model)), version(), equation.run ? equation.run->start_s : 0.0,
+      guid, escaped_markup(text_of_models(equation, "; ")), version(), equation.run ? equation.run->start_s : 0.0,
       variables.text(), outputs, unknowns);
   return texts;
 }

@@ -1,24 +1,24 @@
 
 function x = free_run(p, rows, rate_hz, state, start_s, every)
-% x of the equation by itself, at every so many rows. rows: inputs (num_rows x num_inputs) at rate_hz, cubic between
-% them. Dormand-Prince 5(4), with every sgn located where it switches, and held there where neither side leads away.
+% Displacements of the equations by themselves, at every so many rows. rows: inputs (num_rows x num_inputs) at rate_hz,
+% cubic between them. Dormand-Prince 5(4), with every sgn located where it switches, and held there where neither side leads away.
   n = size(rows, 1); h = 1 / rate_hz;
-  slopes = zeros(size(rows));
-  slopes(2:n-1, :) = (rows(3:n, :) - rows(1:n-2, :)) / 2;
-  slopes([1 n], :) = [rows(2, :) - rows(1, :); rows(n, :) - rows(n-1, :)];
-  slopes(3:n-2, :) = (8 * (rows(4:n-1, :) - rows(2:n-3, :)) - (rows(5:n, :) - rows(1:n-4, :))) / 12;
-  m.p = p; m.t = start_s; m.y = state(:); m.largest = abs(m.y); m.can_hold = equation_data().can_hold;
+  of_rows = zeros(size(rows));
+  of_rows(2:n-1, :) = (rows(3:n, :) - rows(1:n-2, :)) / 2;
+  of_rows([1 n], :) = [rows(2, :) - rows(1, :); rows(n, :) - rows(n-1, :)];
+  of_rows(3:n-2, :) = (8 * (rows(4:n-1, :) - rows(2:n-3, :)) - (rows(5:n, :) - rows(1:n-4, :))) / 12;
+  m.p = p; m.t = start_s; m.y = state(:); m.largest = abs(m.y); m.driven = equation_data().driven;
   m.u = [rows(1, :).' zeros(size(rows, 2), 3)];
   g = switches(m.p, m.t, m.y, inputs_at(m, 0), []);
   m.sides = 1 - 2 * (g(:) < 0);
   for k = find(g(:).' == 0), m = settle(m, 0, k); end
-  x = zeros(numel(1:every:n), 1);
+  x = zeros(numel(1:every:n), numel(displacements(m.p, m.t, m.y, rows(1, :), [])));
   for i = 1:n
     if mod(i - 1, every) == 0
-      x((i - 1) / every + 1) = displacement(m.p, m.t, m.y, rows(i, :), []);
+      x((i - 1) / every + 1, :) = displacements(m.p, m.t, m.y, rows(i, :), []).';
     end
     if i == n, break; end
-    d = rows(i+1, :) - rows(i, :); s = slopes(i, :); e = slopes(i+1, :);
+    d = rows(i+1, :) - rows(i, :); s = of_rows(i, :); e = of_rows(i+1, :);
     m.u = [rows(i, :); s / h; (3 * d - 2 * s - e) / h^2; (s + e - 2 * d) / h^3].';
     m = advance(m, h);
   end
@@ -54,20 +54,35 @@ function u = inputs_at(m, tau)
   u = m.u * [1; tau; tau^2; tau^3];
 end
 
-function value = beyond_hold(m, tau, y, k, side)
-  in = inputs_at(m, tau); sides = m.sides; sides(k) = side;
-  held = hold(m.p, m.t + tau, y, in, sides);
-  value = acceleration(m.p, m.t + tau, y, in, sides) - held(2*k);
+function value = paces(m, t, y, in, sides, held)
+% Rates of the arguments of the switches that are held.
+  slope = reshape(slopes(m.p, t, y, in, sides), numel(y) + 1, []).';
+  value = slope(held, :) * [rates(m.p, t, y, in, sides); 1];
 end
 
-function dydt = rates(m, tau, y)
-  held = find(m.sides == 0, 1);
-  if isempty(held)
-    dydt = [y(2); acceleration(m.p, m.t + tau, y, inputs_at(m, tau), m.sides)];
-  else
-    values = hold(m.p, m.t + tau, y, inputs_at(m, tau), m.sides);
-    dydt = [y(2); values(2*held)];
+function [sides, pulls] = hold(m, tau, y, sides)
+% In the place of sides that are 0 those that keep each sgn's argument at zero, one that the others keep there staying
+% 0; and by how much the rate of each argument changes with its own side.
+  held = find(sides == 0); n = numel(held); pulls = zeros(size(sides));
+  if n == 0, return; end
+  in = inputs_at(m, tau); t = m.t + tau; a = zeros(n, n + 1);
+  at_zero = paces(m, t, y, in, sides, held);
+  for k = 1:n
+    one = sides; one(held(k)) = 1;
+    a(:, k) = paces(m, t, y, in, one, held) - at_zero;
   end
+  a(:, n+1) = -at_zero; pulls(held) = diag(a(:, 1:n));
+  for i = 1:n
+    if ~(abs(a(i, i)) > 1e-9 * abs(pulls(held(i))))
+      a(i, :) = 0; a(:, i) = 0; a(i, i) = 1; continue;
+    end
+    for j = [1:i-1, i+1:n], a(j, :) = a(j, :) - a(j, i) / a(i, i) * a(i, :); end
+  end
+  sides(held) = a(:, n+1) ./ diag(a(:, 1:n));
+end
+
+function dydt = motion(m, tau, y)
+  dydt = rates(m.p, m.t + tau, y, inputs_at(m, tau), hold(m, tau, y, m.sides));
 end
 
 function [out, err] = step(m, tau, h)
@@ -81,10 +96,10 @@ function [out, err] = step(m, tau, h)
     a(7, 1:6) = [35/384 0 500/1113 125/192 -2187/6784 11/84];
     a = a.'; e = [71/57600; 0; -71/16695; 71/1920; -17253/339200; 22/525; -1/40];
   end
-  k = zeros(2, 7);
+  k = zeros(numel(m.y), 7);
   for s = 1:7
     out = m.y + h * (k * a(:, s));
-    k(:, s) = rates(m, tau + c(s) * h, out);
+    k(:, s) = motion(m, tau + c(s) * h, out);
   end
   err = max(abs(h * (k * e)) ./ (1e-12 * max(m.largest, abs(out)) + 1e-300));
   if ~all(isfinite(out)), err = Inf; end
@@ -92,32 +107,43 @@ end
 
 function k = crossed(m, tau, y)
   g = switches(m.p, m.t + tau, y, inputs_at(m, tau), []);
+  sides = hold(m, tau, y, m.sides);
   for k = 1:numel(g)
-    if m.sides(k) * g(k) < 0, return; end
-    if m.sides(k) == 0 && (beyond_hold(m, tau, y, k, 1) > 0 || beyond_hold(m, tau, y, k, -1) < 0), return; end
+    if m.sides(k) * g(k) < 0 || (m.sides(k) == 0 && abs(sides(k)) > 1), return; end
   end
   k = 0;
 end
 
 function m = settle(m, tau, k)
-  above = beyond_hold(m, tau, m.y, k, 1); below = beyond_hold(m, tau, m.y, k, -1);
-  if m.sides(k) == 0 || (m.can_hold(k) && (above > 0) == (below >= 0))
-    m.sides(k) = 2 * (above > 0) - 1;
-  elseif ~m.can_hold(k) || above > 0
-    m.sides(k) = -m.sides(k);
-  else
-    held = hold(m.p, m.t + tau, m.y, inputs_at(m, tau), m.sides);
-    m.sides(k) = 0; m.y(2) = held(2*k - 1);
+% The side of switch k on which the motion goes on, and of those that are held and then no longer can be.
+  while true
+    before = m.sides(k); m.sides(k) = 0;
+    [sides, pulls] = hold(m, tau, m.y, m.sides);
+    if before ~= 0 && ~(pulls(k) < 0)
+      m.sides(k) = -before;
+    elseif before == 0 || abs(sides(k)) > 1
+      m.sides(k) = 2 * (sides(k) > 0) - 1;
+    else
+      in = inputs_at(m, tau); g = switches(m.p, m.t + tau, m.y, in, []);
+      slope = reshape(slopes(m.p, m.t + tau, m.y, in, m.sides), numel(m.y) + 1, []);
+      of_state = slope(1:end-1, k) .* m.driven;
+      m.y = m.y - g(k) * of_state / sum(of_state .^ 2);
+    end
+    sides = hold(m, tau, m.y, m.sides);
+    loose = find(m.sides == 0 & abs(sides) > 1, 1);
+    if isempty(loose), break; end
+    m.sides(loose) = sign(sides(loose));
   end
 end
 
 function apart = compare(file)
   data = equation_data();
   table = dlmread(file, ',', 1, 0);
-  every = data.run(5);
-  expected = table(1:every:end, end);
-  x = free_run(data.parameters, table(:, 2:end-1), data.run(2), data.run(3:4), data.run(1), every);
-  apart = max(abs(x - expected)) / max(abs(expected));
+  every = data.run(3);
+  num_x = numel(displacements(data.parameters, 0, data.begin, zeros(1, size(table, 2)), []));
+  expected = table(1:every:end, end-num_x+1:end);
+  x = free_run(data.parameters, table(:, 2:end-num_x), data.run(2), data.begin, data.run(1), every);
+  apart = max(max(abs(x - expected)) ./ max(abs(expected)));
   printf_line = sprintf('free run of %g s: at most %.3g of the largest x apart from Ardent''s', ...
                         (size(table, 1) - 1) / data.run(2), apart);
   disp(printf_line);

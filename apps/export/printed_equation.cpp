@@ -81,7 +81,7 @@ std::string function_of(const ExportedEquation& equation, const Language& langua
     if (looks_at(equation, trees, signal))
       text += put(language.local, signal, put(language.element, of, static_cast<int>(i) + language.first));
   };
-  for (std::size_t i = 0; i < 2; ++i) local(equation.states[i], "state", i);
+  for (std::size_t i = 0; i < equation.states.size(); ++i) local(equation.states[i], "state", i);
   for (std::size_t i = 0; i < equation.inputs.size(); ++i) local(program_name(equation.inputs[i]), "inputs", i);
   for (std::size_t i = 0; i < equation.switches.size(); ++i) local(fmt::format("s{}", i + 1), "sides", i);
   for (const auto& derived : equation.derived)
@@ -92,40 +92,54 @@ std::string function_of(const ExportedEquation& equation, const Language& langua
   return text + std::string(language.end);
 }
 
-/// acceleration, switches, hold, displacement.
+/// rates, switches, slopes, displacements.
 std::string functions(const ExportedEquation& equation, const Language& language) {
   const auto of_trees = [&](const std::string& name, const std::vector<ident::Tree>& trees) {
     std::vector<std::string> values;
-    for (const ident::Tree& tree : trees) values.push_back(ident::print_tree(*tree, language.notation));
+    for (const ident::Tree& tree : trees)
+      values.push_back(tree == nullptr ? std::string(language.nan) : ident::print_tree(*tree, language.notation));
     return function_of(equation, language, name, trees, values);
   };
-  return function_of(equation, language, "acceleration", equation.terms,
-                     {sum_of_terms(equation, language.notation, language.element, language.first)}) +
-         of_trees("switches", equation.switch_values) + of_trees("hold", equation.held) +
-         of_trees("displacement", {ident::signal_node("x")});
+  std::vector<ident::Tree> rates = equation.terms, slopes, displacements;
+  std::vector<std::string> of_states;
+  for (std::size_t state = 0; state < equation.states.size(); ++state) {
+    const auto model = std::find(equation.driven.begin(), equation.driven.end(), state) - equation.driven.begin();
+    const bool is_driven = model < std::ssize(equation.driven);
+    if (!is_driven) rates.push_back(ident::signal_node(equation.states[state + 1]));
+    of_states.push_back(is_driven ? sum_of_terms(equation, static_cast<std::size_t>(model), language.notation,
+                                                 language.element, language.first)
+                                  : equation.states[state + 1]);
+  }
+  for (const std::vector<ident::Tree>& one : equation.slopes) slopes.insert(slopes.end(), one.begin(), one.end());
+  for (const std::string& name : equation.displacements) displacements.push_back(ident::signal_node(name));
+  return function_of(equation, language, "rates", rates, of_states) + of_trees("switches", equation.switch_values) +
+         of_trees("slopes", slopes) + of_trees("displacements", displacements);
 }
 
 std::string constants(const ExportedEquation& equation, const Language& language, bool upper) {
-  std::vector<double> deviations, covariance, can_hold(equation.can_hold.begin(), equation.can_hold.end());
-  for (const ident::ModelTerm& term : equation.model.terms) deviations.push_back(term.std);
-  const Eigen::MatrixXd& matrix = equation.model.covariance;
+  std::vector<double> parameters, deviations, covariance;
+  for (std::size_t i = 0; i < equation.terms.size(); ++i)
+    parameters.push_back(equation.parameter(i).mean), deviations.push_back(equation.parameter(i).std);
+  const Eigen::MatrixXd& matrix = equation.covariance;
   for (Index i = 0; i < matrix.rows(); ++i)
     for (Index j = 0; j < matrix.cols(); ++j) covariance.push_back(matrix(i, j));
-  std::vector<double> run(5, 0.0);
-  if (equation.run)
-    run = {equation.run->start_s, equation.run->rate_hz, equation.run->position, equation.run->speed,
-           ExportedRun::steps_per_sample};
+  const std::vector<double> run{equation.run ? equation.run->start_s : 0.0, equation.run ? equation.run->rate_hz : 0.0,
+                                equation.run ? ExportedRun::steps_per_sample : 0.0};
   std::string text;
   const auto add = [&](std::string name, const auto& numbers, const char* what) {
     if (upper) std::transform(name.begin(), name.end(), name.begin(), [](char one) { return std::toupper(one); });
     text += put(language.comment, what) + "\n" + put(language.list, name, listed(numbers, language.nan));
   };
-  add("parameters", ident::means_of(equation.model), "coefficients");
+  std::vector<double> driven;  // by 1, which no language counts from elsewhere
+  for (std::size_t state = 0; state < equation.states.size(); ++state)
+    driven.push_back(std::find(equation.driven.begin(), equation.driven.end(), state) != equation.driven.end() ? 1.0
+                                                                                                               : 0.0);
+  add("parameters", parameters, "coefficients");
   add("deviations", deviations, "their standard deviations");
   add("covariance", covariance, "their covariance, row by row");
-  if (can_hold.empty() && language.notation == Notation::c) can_hold.push_back(0.0);
-  add("can_hold", can_hold, "whether dry friction can hold the motion where the switch is zero");
-  add("run", run, "the free run: start (s), rows (Hz), position, speed, rows from one x to the next");
+  add("driven", driven, "of each state: 1 where it has an equation, 0 where the next is its rate");
+  add("begin", equation.start(), "the state at the start of the free run");
+  add("run", run, "the free run: start (s), rows (Hz), rows from one x to the next");
   return text;
 }
 
@@ -141,9 +155,9 @@ std::string printed_python(const ExportedEquation& equation) {
   return header(equation, python.comment, python.first) +
          fmt::format(
              "# python3 equation.py compares it with free_run.csv; it needs numpy and scipy.\nimport os\nimport "
-             "sys\n\nimport numpy as np\nfrom scipy.integrate import solve_ivp\n\nNUM_INPUTS, NUM_SWITCHES = {}, "
-             "{}\n",
-             equation.inputs.size(), equation.switches.size()) +
+             "sys\n\nimport numpy as np\nfrom scipy.integrate import solve_ivp\n\nNUM_STATES, NUM_INPUTS, "
+             "NUM_SWITCHES = {}, {}, {}\n",
+             equation.states.size(), equation.inputs.size(), equation.switches.size()) +
          constants(equation, python, true) + functions(equation, python) + std::string(python_free_run());
 }
 
@@ -162,9 +176,10 @@ std::string printed_c(const ExportedEquation& equation) {
   return header(equation, c.comment, c.first) +
          fmt::format(
              "// cc -O2 -DEQUATION_MAIN equation.c -o equation -lm && ./equation\n#include <math.h>\n#include "
-             "<stdio.h>\n#include <stdlib.h>\n#include <string.h>\n\nenum {{ NUM_PARAMETERS = {}, NUM_INPUTS = {}, "
-             "NUM_SWITCHES = {} }};\n",
-             equation.terms.size(), equation.inputs.size(), equation.switches.size()) +
+             "<stdio.h>\n#include <stdlib.h>\n#include <string.h>\n\nenum {{ NUM_PARAMETERS = {}, NUM_STATES = {}, "
+             "NUM_INPUTS = {}, NUM_SWITCHES = {}, NUM_X = {} }};\n",
+             equation.terms.size(), equation.states.size(), equation.inputs.size(), equation.switches.size(),
+             equation.displacements.size()) +
          constants(equation, c, false) + functions(equation, c) + std::string(c_free_run());
 }
 
@@ -174,12 +189,14 @@ std::string printed_run(const ExportedEquation& equation, const ExportedRun& run
     cells.number(run.start_s + static_cast<double>(i) / run.rate_hz);
     for (Index k = 0; k < run.inputs.cols(); ++k) cells.number(run.inputs(i, k));
     const bool has_x = i % ExportedRun::steps_per_sample == 0;
-    has_x ? cells.number(run.x(i / ExportedRun::steps_per_sample)) : cells.empty();
+    for (Index k = 0; k < run.x.cols(); ++k)
+      has_x ? cells.number(run.x(i / ExportedRun::steps_per_sample, k)) : cells.empty();
     cells.end_row();
   }
-  std::string head = "t,";
-  for (const std::string& input : equation.inputs) head += input + ",";
-  return head + "x\n" + cells.rows();
+  std::string head = "t";
+  for (const std::string& input : equation.inputs) head += "," + input;
+  for (const std::string& name : equation.displacements) head += "," + name;
+  return head + "\n" + cells.rows();
 }
 
 }  // namespace apps

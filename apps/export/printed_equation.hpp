@@ -14,8 +14,8 @@ namespace apps {
 /// Whether these look at a signal, also by way of the derived ones.
 [[nodiscard]] bool looks_at(const ExportedEquation& equation, const std::vector<ident::Tree>& trees,
                             const std::string& signal);
-/// The acceleration. `element`: format of an element, of its array and index.
-[[nodiscard]] std::string sum_of_terms(const ExportedEquation& equation, ident::Notation notation,
+/// The right side of a model. `element`: format of an element, of its array and index.
+[[nodiscard]] std::string sum_of_terms(const ExportedEquation& equation, std::size_t model, ident::Notation notation,
                                        std::string_view element, int first);
 
 /// Each prints the whole of one description; numbers give back the same doubles.
@@ -25,7 +25,7 @@ namespace apps {
 [[nodiscard]] std::string printed_modelica(const ExportedEquation& equation);
 [[nodiscard]] std::string printed_latex(const ExportedEquation& equation);
 [[nodiscard]] std::string printed_json(const ExportedEquation& equation);
-/// free_run.csv: t, the inputs, and every ExportedRun::steps_per_sample-th row x; SI.
+/// free_run.csv: t, the inputs, and every ExportedRun::steps_per_sample-th row the displacements; SI.
 [[nodiscard]] std::string printed_run(const ExportedEquation& equation, const ExportedRun& run);
 
 /// What a functional mock-up unit holds beside its library: modelDescription.xml and its source, C.

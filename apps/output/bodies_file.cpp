@@ -12,6 +12,7 @@
 #include "apps/output/json_parts.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
+#include "dsp/constants.hpp"
 #include "dsp/fault.hpp"
 
 namespace apps {
@@ -22,6 +23,10 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::array<const char*, 3> frames{"ground", "absolute", "base"};
 constexpr std::array<const char*, 3> inner_kinds{"none", "hysteresis", "lag"};
+
+double number_or_nan(const Json& value) {
+  return value.is_number() ? value.get<double>() : dsp::nan;
+}
 
 Json numbers(const Eigen::VectorXd& values) {
   Json list = Json::array();
@@ -90,6 +95,19 @@ Json seconds_json(const dsp::IndexRange& range, double sample_rate_hz) {
       {static_cast<double>(range.first) / sample_rate_hz, static_cast<double>(range.last) / sample_rate_hz});
 }
 
+/// By the time of its recording, counted from 1.
+Json free_run_json(const ident::BodiesRun& run, const ident::BodiesRecord& record) {
+  const auto seconds = [&](Index sample) {
+    return static_cast<double>(sample - record.parts[run.part].rows.first) / record.sample_rate_hz;
+  };
+  Json one{{"recording", run.part + 1},
+           {"from_s", seconds(run.samples.first)},
+           {"to_s", seconds(run.samples.last)},
+           {"state", Json::array()}};
+  for (const double value : run.state) one["state"].push_back(number_or_null(value));
+  return one;
+}
+
 /// Each recording by its own time.
 Json parts_json(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
   Json parts = Json::array();
@@ -123,24 +141,83 @@ bool is_lag(const ident::BodiesLayout& layout, const std::vector<ident::BodyTerm
       fmt::format("{}: the equations of its bodies are not as Ardent writes them. Run it again", file.string()));
 }
 
+/// The equations.
+ident::BodiesModel model_in(const Json& document, const std::filesystem::path& file) {
+  constexpr std::size_t most_bodies = 99, most_terms = 10'000;
+  ident::BodiesModel model;
+  const std::string frame = document.at("frame");
+  const auto* const known = std::find(frames.begin(), frames.end(), frame);
+  if (known == frames.end() || document.at("bodies").size() > most_bodies) refuse_file(file);
+  model.layout = {static_cast<int>(document.at("bodies").size()), static_cast<ident::Frame>(known - frames.begin()),
+                  document.at("inputs").get<std::vector<std::string>>()};
+  if (document.value("imposed", false)) {  // folders of earlier versions do not say
+    if (model.layout.num_bodies != 1) refuse_file(file);
+    model.layout.imposed = true, model.layout.force_unit = document.at("force_unit");
+  }
+  if (document.contains("inner") && document["inner"].at("kept").get<bool>()) {
+    const auto* const kind =
+        std::find(inner_kinds.begin() + 1, inner_kinds.end(), document["inner"].at("kind").get<std::string>());
+    if (kind == inner_kinds.end() || model.layout.num_bodies != 1) refuse_file(file);
+    model.layout.inner = static_cast<ident::Inner>(kind - inner_kinds.begin());
+    if (model.layout.inner == ident::Inner::lag) model.layout.lagging = document["inner"].at("input");
+  }
+  std::vector<double> mean;
+  const auto take_terms = [&](const Json& equation, int body) {
+    for (const Json& term : equation.at("terms")) {
+      model.terms.push_back({body, term.at("name").get<std::string>()});
+      mean.push_back(term.at("mean").get<double>());
+    }
+    if (body < 1) refuse_file(file);
+  };
+  for (const Json& body : document.at("bodies")) {
+    if (body.at("body").get<int>() > model.layout.num_bodies) refuse_file(file);
+    take_terms(body, body.at("body").get<int>());
+  }
+  if (model.layout.inner != ident::Inner::none) take_terms(document["inner"], model.layout.num_equations());
+  if (model.layout.inner == ident::Inner::lag && !is_lag(model.layout, model.terms, mean)) refuse_file(file);
+  if (mean.empty())
+    throw dsp::Fault(
+        dsp::FaultKind::usage, "run.no_such_equation",
+        fmt::format("{}: the run found no equations. Try a longer record, less noise, or other [library] terms",
+                    file.string()));
+  const Json& covariance = document.at("covariance");
+  if (mean.size() > most_terms || covariance.size() != mean.size()) refuse_file(file);
+  model.mean = Eigen::VectorXd::Map(mean.data(), std::ssize(mean));
+  model.covariance.resize(std::ssize(mean), std::ssize(mean));
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    if (covariance[i].size() != mean.size()) refuse_file(file);
+    for (std::size_t j = 0; j < mean.size(); ++j)
+      model.covariance(static_cast<Index>(i), static_cast<Index>(j)) = number_or_nan(covariance[i][j]);
+  }
+  return model;
+}
+
 }  // namespace
 
-std::vector<ident::Model> models_of(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+std::vector<ident::Model> models_of(const ident::BodiesModel& model, const std::string& length) {
   std::vector<ident::Model> models;
-  const ident::BodiesLayout& layout = result.model.layout;
-  for (int body = 1; body <= layout.num_equations(); ++body) {
-    ident::Model& model = models.emplace_back();
-    model.target = layout.target(body);
-    model.target_unit = layout.target_unit(body, record.length);
-    for (std::size_t i = 0; i < result.model.terms.size(); ++i) {
-      const ident::BodyTerm& term = result.model.terms[i];
-      if (term.body != body) continue;
-      ident::ModelTerm one{.name = term.name, .unit = ident::unit_of(term, result.model.layout, record.length)};
-      one.mean = result.model.mean(static_cast<Index>(i)), one.std = result.model.std(static_cast<Index>(i));
-      one.evidence_gain = result.gain[i], one.inclusion_probability = result.probability[i];
-      model.terms.push_back(std::move(one));
+  for (int body = 1; body <= model.layout.num_equations(); ++body) {
+    ident::Model& one = models.emplace_back();
+    one.target = model.layout.target(body);
+    one.target_unit = model.layout.target_unit(body, length);
+    for (std::size_t i = 0; i < model.terms.size(); ++i) {
+      if (model.terms[i].body != body) continue;
+      ident::ModelTerm term{.name = model.terms[i].name, .unit = ident::unit_of(model.terms[i], model.layout, length)};
+      term.column = static_cast<Index>(i);
+      term.mean = model.mean(term.column), term.std = model.std(term.column);
+      one.terms.push_back(std::move(term));
     }
   }
+  return models;
+}
+
+std::vector<ident::Model> models_of(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  std::vector<ident::Model> models = models_of(result.model, record.length);
+  for (ident::Model& model : models)
+    for (ident::ModelTerm& term : model.terms) {
+      const auto i = static_cast<std::size_t>(term.column);
+      term.evidence_gain = result.gain[i], term.inclusion_probability = result.probability[i];
+    }
   return models;
 }
 
@@ -184,6 +261,8 @@ std::string bodies_json(const ident::BodiesResult& result, const ident::BodiesRe
                        {"gain_of_process_noise", number_or_null(result.gain_of_process_noise)},
                        {"silent_because", result.silent_because}};
   const auto seconds = [&](const dsp::IndexRange& range) { return seconds_json(range, record.sample_rate_hz); };
+  document["free_runs"] = Json::array();
+  for (const ident::BodiesRun& run : result.runs) document["free_runs"].push_back(free_run_json(run, record));
   document["train_s"] = seconds(result.train.front());
   document["test_s"] = seconds({result.train.front().last, record.parts.front().rows.last});
   if (record.parts.size() > 1) document["recordings"] = parts_json(result, record);
@@ -199,46 +278,31 @@ bool is_bodies_run(const std::filesystem::path& run) {
   return document.is_object() && document.contains("bodies");
 }
 
-ident::BodiesModel read_bodies_model(const std::filesystem::path& run) {
+FinishedBodies read_bodies(const std::filesystem::path& run) {
   const std::filesystem::path file = run / "equation.json";
   const Json document = read_run_json(file);
-  constexpr std::size_t most_bodies = 99, most_terms = 10'000;
   try {
-    ident::BodiesModel model;
-    const std::string frame = document.at("frame");
-    const auto* const known = std::find(frames.begin(), frames.end(), frame);
-    if (known == frames.end() || document.at("bodies").size() > most_bodies) refuse_file(file);
-    model.layout = {static_cast<int>(document.at("bodies").size()), static_cast<ident::Frame>(known - frames.begin()),
-                    document.at("inputs").get<std::vector<std::string>>()};
-    if (document.value("imposed", false)) {
-      if (model.layout.num_bodies != 1) refuse_file(file);
-      model.layout.imposed = true, model.layout.force_unit = document.at("force_unit");
+    FinishedBodies found{.model = model_in(document, file),
+                         .recording = document.at("recording"),
+                         .length = document.at("length_unit"),
+                         .verdict = document.at("verdict")};
+    if (document.contains("recordings")) {
+      for (const Json& one : document["recordings"])
+        found.recordings.push_back(one.at("name")), found.zeros.push_back(one.at("zeros"));
+    } else {
+      found.recordings.push_back(found.recording), found.zeros.emplace_back();
+      for (const Json& body : document.at("bodies")) found.zeros.back().push_back(body.at("zero"));
     }
-    if (document.contains("inner") && document["inner"].at("kept").get<bool>()) {
-      const auto* const kind =
-          std::find(inner_kinds.begin() + 1, inner_kinds.end(), document["inner"].at("kind").get<std::string>());
-      if (kind == inner_kinds.end() || model.layout.num_bodies != 1) refuse_file(file);
-      model.layout.inner = static_cast<ident::Inner>(kind - inner_kinds.begin());
-      if (model.layout.inner == ident::Inner::lag) model.layout.lagging = document["inner"].at("input");
+    for (const Json& one : document.value("free_runs", Json::array())) {  // folders of earlier versions have none
+      FinishedBodies::FreeRun& free_run = found.free_runs.emplace_back();
+      free_run.recording = one.at("recording").get<std::size_t>() - 1;
+      free_run.from_s = one.at("from_s"), free_run.to_s = one.at("to_s");
+      for (const Json& value : one.at("state")) free_run.state.push_back(number_or_nan(value));
+      if (free_run.recording >= found.recordings.size() ||
+          std::ssize(free_run.state) != found.model.layout.num_states())
+        refuse_file(file);
     }
-    std::vector<double> mean, std;
-    const auto take_terms = [&](const Json& equation, int body) {
-      for (const Json& term : equation.at("terms")) {
-        model.terms.push_back({body, term.at("name").get<std::string>()});
-        mean.push_back(term.at("mean").get<double>()), std.push_back(term.at("std").get<double>());
-      }
-      if (body < 1) refuse_file(file);
-    };
-    for (const Json& body : document.at("bodies")) {
-      if (body.at("body").get<int>() > model.layout.num_bodies) refuse_file(file);
-      take_terms(body, body.at("body").get<int>());
-    }
-    if (model.layout.inner != ident::Inner::none) take_terms(document["inner"], model.layout.num_equations());
-    if (model.layout.inner == ident::Inner::lag && !is_lag(model.layout, model.terms, mean)) refuse_file(file);
-    if (mean.empty() || mean.size() > most_terms) refuse_file(file);
-    model.mean = Eigen::VectorXd::Map(mean.data(), std::ssize(mean));
-    model.covariance = Eigen::VectorXd::Map(std.data(), std::ssize(std)).cwiseAbs2().asDiagonal();
-    return model;
+    return found;
   } catch (const Json::exception&) {
     refuse_file(file);
   }

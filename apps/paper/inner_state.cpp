@@ -87,10 +87,10 @@ void replicate_inner_state(CaseReplication& replication, const ReplicateOptions&
   for (const HeldOutRun& run : replication.runs) {
     const dsp::Motion& motion = run.record.motion;
     const VectorXd& x = motion.at("x");
-    const MatrixXd positions =
+    const MatrixXd states =
         ident::run_free(found.model, motion.at("f"), motion.sample_rate_hz, rest, x.cwiseAbs().maxCoeff());
     add("inner_runs",
-        {{"ratio", run.record.ratio}, {"signal", "x"}, {"nmse", number_or_null(ident::nmse(positions.col(0), x))}});
+        {{"ratio", run.record.ratio}, {"signal", "x"}, {"nmse", number_or_null(ident::nmse(states.col(0), x))}});
   }
 }
 

@@ -265,8 +265,10 @@ Loop longest_loop(const Choice& choice, const BodiesModel& model) {
   if (model.layout.imposed) {
     const auto x = std::find(model.layout.inputs.begin(), model.layout.inputs.end(), "x") - model.layout.inputs.begin();
     const std::vector<double> first(states.begin(), states.begin() + num_states);
+    const Eigen::MatrixXd run = run_free(model, record.inputs, problem.sample_rate_hz, first, 1.0, record.begin_s);
     return {problem.sample_rate_hz, record.inputs.col(x),
-            run_free(model, record.inputs, problem.sample_rate_hz, first, 1.0, record.begin_s), record.channels.col(0)};
+            responses_of(model, run, record.inputs, problem.sample_rate_hz, record.begin_s).col(0),
+            record.channels.col(0)};
   }
   return loop_of(model, by_sample.topRows(model.layout.num_states()), record, problem.sample_rate_hz,
                  choice.selection.fit.noise.channel.front());
@@ -287,10 +289,13 @@ std::optional<BodiesRun> run_behind(const Choice& choice, const BodiesModel& mod
                                   states.end() - static_cast<std::ptrdiff_t>(num_states) + model.layout.num_states());
   const Index n = record.num_bodies;
   const double scale = record.samples.leftCols(n).cwiseAbs().maxCoeff();
-  const Eigen::MatrixXd positions =
-      run_free(model, record.input_samples.middleRows(begin, end - begin), record.sample_rate_hz, state, scale,
-               static_cast<double>(begin - record.parts[part].rows.first) / record.sample_rate_hz);
-  BodiesRun run{.part = part, .samples = {behind, end}, .positions = positions.bottomRows(end - behind)};
+  const double begin_s = static_cast<double>(begin - record.parts[part].rows.first) / record.sample_rate_hz;
+  const Eigen::MatrixXd inputs = record.input_samples.middleRows(begin, end - begin),
+                        run_states = run_free(model, inputs, record.sample_rate_hz, state, scale, begin_s);
+  BodiesRun run{.part = part, .samples = {behind, end}};
+  const VectorXd first = run_states.row(behind - begin);
+  run.state.assign(first.begin(), first.end());
+  run.positions = responses_of(model, run_states, inputs, record.sample_rate_hz, begin_s).bottomRows(end - behind);
   run.errors = errors_of_run(record, run.positions, behind, behind);
   return run;
 }

@@ -82,6 +82,7 @@ struct RunErrors {
 struct BodiesRun {
   std::size_t part = 0;
   dsp::IndexRange samples = {};    ///< of the record
+  std::vector<double> state = {};  ///< at the first of these
   Eigen::MatrixXd positions = {};  ///< samples x bodies; NaN from where they run away
   RunErrors errors = {};
 };
@@ -126,11 +127,15 @@ struct BodiesResult {
 /// "bodies.lag") for a lag where no input was recorded.
 [[nodiscard]] BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& options);
 
-/// Equations run free over samples of inputs from a state (x1, v1, x2, v2 ... z of sample `first`): displacements, or
-/// the force on an imposed motion, of first, first + 1 ..., NaN from where one leaves 1e6 times `scale`. `begin_s`: t
-/// of the first.
+/// Equations run free over samples of inputs from a state (x1, v1, x2, v2 ... z, or impulse and z, of sample `first`):
+/// states of first, first + 1 ..., NaN from where a displacement leaves 1e6 times `scale`. `begin_s`: t of the first.
 [[nodiscard]] Eigen::MatrixXd run_free(const BodiesModel& model, const Eigen::MatrixXd& inputs, double sample_rate_hz,
                                        const std::vector<double>& state, double scale, double begin_s = 0.0);
+
+/// What such states are compared in: displacements, samples x bodies; of an imposed motion the force beside these
+/// inputs.
+[[nodiscard]] Eigen::MatrixXd responses_of(const BodiesModel& model, const Eigen::MatrixXd& states,
+                                           const Eigen::MatrixXd& inputs, double sample_rate_hz, double begin_s = 0.0);
 
 /// Of a run from sample `first` at the usable samples from `from` on.
 [[nodiscard]] RunErrors errors_of_run(const BodiesRecord& record, const Eigen::MatrixXd& positions, Eigen::Index first,

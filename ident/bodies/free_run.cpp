@@ -37,33 +37,42 @@ MatrixXd run_free(const BodiesModel& model, const MatrixXd& inputs, double sampl
   const state_space::Model compiled(problem);
   const state_space::Inputs between(inputs, inputs.rows(), sample_rate_hz, begin_s);
   state_space::Stepper stepper(compiled, {}, 1.0 / sample_rate_hz, parts_of(model, sample_rate_hz));
-  MatrixXd positions = MatrixXd::Constant(inputs.rows(), model.layout.num_bodies, dsp::nan);
+  MatrixXd states = MatrixXd::Constant(inputs.rows(), model.layout.num_states(), dsp::nan);
   std::vector<double> now = state, next(state.size());
-  state_space::Rates<1> rates(compiled);
-  // Of an imposed motion, whose states are none of it.
-  const auto force = [&](Index k) {
-    for (size_t i = 0; i < now.size(); ++i) *rates.state(static_cast<int>(i)) = now[i];
-    between.at(k, state_space::Inputs::Place(0.0), rates.input(0), nullptr, compiled.num_states() + 2);
-    rates.evaluate({});  // for the values of the switches, which say their sides
-    for (int i = 0; i < compiled.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
-    rates.evaluate({});
-    return *rates.rate(0);
-  };
   const auto runs_away = [&] {
     if (model.layout.imposed) return false;
-    for (Index body = 0; body < positions.cols(); ++body)
+    for (int body = 0; body < model.layout.num_bodies; ++body)
       if (std::abs(now[static_cast<size_t>(2 * body)]) > far_away * scale) return true;
     return false;
   };
   for (Index k = 0; k < inputs.rows(); ++k) {
-    for (Index body = 0; body < positions.cols(); ++body)
-      positions(k, body) = model.layout.imposed ? force(k) : now[static_cast<size_t>(2 * body)];
+    states.row(k) = VectorXd::Map(now.data(), states.cols()).transpose();
     if (k + 1 == inputs.rows()) break;
     stepper.take(between, k, 1, now.data(), {}, {{next.data(), nullptr, nullptr}});
     std::swap(now, next);
     if (!std::all_of(now.begin(), now.end(), [](double value) { return std::isfinite(value); }) || runs_away()) break;
   }
-  return positions;
+  return states;
+}
+
+MatrixXd responses_of(const BodiesModel& model, const MatrixXd& states, const MatrixXd& inputs, double sample_rate_hz,
+                      double begin_s) {
+  if (!model.layout.imposed) return states(Eigen::all, Eigen::seqN(0, model.layout.num_bodies, 2));
+  const std::vector<double> known(model.mean.begin(), model.mean.end());
+  const state_space::Model compiled(
+      {.equations = equations_of(model.layout, model.terms, known), .channels = {}, .records = {}});
+  state_space::Rates<1> rates(compiled);
+  MatrixXd force(states.rows(), 1);
+  for (Index k = 0; k < states.rows(); ++k) {
+    for (Index i = 0; i < states.cols(); ++i) *rates.state(static_cast<int>(i)) = states(k, i);
+    for (Index i = 0; i < inputs.cols(); ++i) *rates.input(static_cast<int>(i)) = inputs(k, i);
+    *rates.input(static_cast<int>(inputs.cols())) = begin_s + static_cast<double>(k) / sample_rate_hz;
+    rates.evaluate({});  // for the values of the switches, which say their sides
+    for (int i = 0; i < compiled.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
+    rates.evaluate({});
+    force(k, 0) = *rates.rate(0);
+  }
+  return force;
 }
 
 RunErrors errors_of_run(const BodiesRecord& record, const MatrixXd& positions, Index first, Index from) {

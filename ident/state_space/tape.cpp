@@ -41,7 +41,7 @@ struct Operands {
   void switched(const double* side, bool by_side, double below, double above) const {
     for (int d = 0; d <= directions; ++d)
       for (int l = 0; l < L; ++l) {
-        const double constant = d > 0 ? 0.0 : side[l] < 0.0 ? below : above;
+        const double constant = d > 0 ? 0.0 : below + (above - below) * (0.5 * side[l] + 0.5);
         out[d * L + l] = by_side ? side[l] * a[d * L + l] : constant;
       }
   }

@@ -36,7 +36,8 @@ enum class TapeCode : unsigned char {
 
 /// Several expressions as one list of instructions, what they share computed once, each value with its exact
 /// derivatives (forward differentiation). Everything that jumps or bends where some g passes zero, sgn(g), abs(g) and
-/// comparisons, is taken on a side of g, +1 or -1, that the caller names: within a side all are smooth.
+/// comparisons, is taken on a side of g, +1 or -1, that the caller names: within a side all are smooth. Of a side in
+/// between, as of a motion that is held at g = 0, so much of either.
 ///
 /// Registers are `stride()` x L doubles each for L points side by side: value, derivative by each state, derivative by
 /// time through the inputs. The first registers are the signals, states before inputs.

@@ -70,7 +70,7 @@ TEST_CASE("a table with x1, x2 and f gives one equation a body, modes and a verd
     CHECK_THAT(support::bytes_of(folder / "forced/predict.csv"), Catch::StartsWith("t,x1_predicted,x2_predicted\n"));
   }
   SECTION("commands for one body refuse it in a line") {
-    for (const char* command : {"frc run -o frc", "compare run run", "export run --to python -o py", "merge run"})
+    for (const char* command : {"frc run -o frc", "compare run run", "merge run"})
       CHECK_THAT(ends(folder, std::string("$ARDENT -q ") + command, 3), Catch::Contains("several bodies"));
     CHECK_THAT(ends(folder, "$ARDENT -q prep chain/response.csv -o prep", 3), Catch::Contains("several bodies"));
   }

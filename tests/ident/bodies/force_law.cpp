@@ -127,9 +127,10 @@ TEST_CASE("a force on an imposed motion is predicted from where it begins", "[id
   const dsp::IndexRange over{1000, 1050};
   const auto state = ident::first_state(result.model, record, over, 1);
   REQUIRE(state);
-  const Eigen::MatrixXd force =
-      ident::run_free(result.model, record.input_samples.bottomRows(record.samples.rows() - 1000), rate_hz, *state, 1.0,
-                      1000.0 / rate_hz);
+  const Eigen::MatrixXd inputs = record.input_samples.bottomRows(record.samples.rows() - 1000);
+  const double begin_s = 1000.0 / rate_hz;
+  const Eigen::MatrixXd states = ident::run_free(result.model, inputs, rate_hz, *state, 1.0, begin_s),
+                        force = ident::responses_of(result.model, states, inputs, rate_hz, begin_s);
   CHECK(ident::errors_of_run(record, force, 1000, 1050).nmse(0) < 1e-6);
 }
 
