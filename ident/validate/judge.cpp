@@ -239,12 +239,21 @@ void apply_rules(const Evidence& of, Judgement& result, std::vector<std::string>
   }
 }
 
+bool has_force(const Model& model) {
+  return std::any_of(model.terms.begin(), model.terms.end(), [](const ModelTerm& term) {
+    const Expression expression(term.name);
+    return std::find(expression.signals().begin(), expression.signals().end(), "f") != expression.signals().end();
+  });
+}
+
 /// Nothing where the verdict needs none, or the clause of a rule that took it down is the cause.
 std::optional<NamedCause> cause_asked(const Evidence& of, const Judgement& result) {
   if (result.verdict == Verdict::describes) return std::nullopt;
   if (of.range.exchanged && (result.verdict == Verdict::does_not || of.found.above_noise))
     return NamedCause{Cause::exchanged_roles};
-  if (of.found.is_conservative && of.range.along_motion > mostly_along_motion) return NamedCause{Cause::imposed_motion};
+  if ((of.found.is_conservative || result.verdict == Verdict::does_not) && !has_force(of.fit.model) &&
+      of.range.along_motion > mostly_along_motion)
+    return NamedCause{Cause::imposed_motion};
   if (result.verdict == Verdict::undecided) return std::nullopt;
   const bool is_said = of.found.by_run == Verdict::describes &&
                        std::all_of(result.rules.begin(), result.rules.end(), [](auto* rule) { return rule->is_cause; });

@@ -254,11 +254,10 @@ TEST_CASE("a motion that a machine imposes is not taken for one of its own, and 
   (void)folder.file("damper.csv", damper_csv(0.02, 1.0));
   (void)folder.file("other.csv", damper_csv(0.012, 1.7));
   (void)support::run(folder, "$ARDENT -q run damper.csv -o bare");
-  const json bare = document(folder, "bare/report.json");
   const std::string screen = support::bytes_of(folder / "bare/equation.txt");
   CAPTURE(screen);
   CHECK_THAT(screen, !Catch::Contains("natural frequency") && !Catch::Contains("describes the record in part"));
-  CHECK_THAT(screen, Catch::Contains("target = \"f\"") || Catch::Contains("does not describe"));
+  CHECK_THAT(screen, Catch::Contains("target = \"f\""));
   // x and v alone do not make the force, and the line that is said for it works.
   const auto plain = support::run(folder, "$ARDENT -q run damper.csv -o plain --set fit.target=f");
   CAPTURE(plain.out);

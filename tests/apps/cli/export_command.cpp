@@ -90,7 +90,8 @@ void check_exports(const Scratch& folder) {
 }
 
 /// What the run's own free run has for a displacement, from predictions.csv, against what is exported: between samples
-/// the two take the inputs a little differently, and the run's steps are longer.
+/// the two take the inputs a little differently, by 3e-4 of the motion where a force yields, and the run's steps are
+/// longer.
 void check_free_run(const Scratch& folder, std::size_t num_inputs, std::size_t num_bodies) {
   expect(
       folder,
@@ -99,7 +100,7 @@ void check_free_run(const Scratch& folder, std::size_t num_inputs, std::size_t n
           std::to_string(num_bodies) + "):\n    x = [float(l[2 + 2 * body]) for l in own]\n    y = [float(l[1 + " +
           std::to_string(num_inputs) +
           " + body]) for l in exported]\n    apart = max(abs(a - b) for a, b in zip(x, y)) / max(map(abs, x))\n"
-          "    assert apart < 1e-4, apart\n\"",
+          "    assert apart < 1e-3, apart\n\"",
       0, {});
 }
 
