@@ -218,10 +218,14 @@ bool forms_like(const WeightedTerms& before, const Present& now, const VectorXd&
 /// The second stage on these data, which are by record where neither it nor the rows have one equation for all.
 RangeData with_likelihood(RangeData data, const std::vector<DroppedTerm>& dropped, const Range& range,
                           RangeResult& result, std::vector<Columns>& recordings, const IdentifyOptions& options) {
-  if (options.stage == Stage::likelihood)
+  const bool is_of_motion =
+      options.target == "a" ||
+      (options.target == "ddy" && recordings[result.rows.train.front().recording].signals->find("ddr") == nullptr);
+  if (options.stage == Stage::likelihood && is_of_motion)
     result.likelihood = likelihood_of(range, result.rows, data, recordings, options);
   else
-    result.likelihood.silent_because = "fit.stage is \"regression\"";
+    result.likelihood.silent_because =
+        is_of_motion ? "fit.stage is \"regression\"" : options.target + " is not the second derivative of x";
   // Noise on a derivative makes coefficients seem to differ. Where one equation explains all samples, they do not.
   const bool is_common = result.likelihood.speaks() && !result.likelihood.has_unexplained();
   if (data.evidence.differing.empty() || is_common) return data;
