@@ -421,34 +421,37 @@ std::string bodies_page(const ident::BodiesResult& result, const ident::BodiesRe
                         const std::vector<PlotFigure>& figures, const Config& config) {
   std::vector<PageFigure> drawn;
   for (const PlotFigure& figure : figures) drawn.push_back(page_figure(figure, config.figures));
-  return html_document(page_title(config.report, "Equations of motion from " + record.name), [&](HtmlWriter& html) {
-    write_header(config.report, html);
-    write_screen(bodies_screen(result, record), drawn, "body-", html);
-    const bool is_one = result.model.layout.num_bodies == 1;
-    std::vector<PageLink> links{{"equations", is_one ? "Equation" : "Equations"}};
-    if (!record.imposed) links.push_back({"modes", "Modes"});
-    links.push_back(is_one ? PageLink{"memory", title_of(result.sought)}
-                           : PageLink{"couplings", "Action and reaction"});
-    for (const PageLink& link : {PageLink{"record", "The record"}, PageLink{"repeat", "How to repeat it"},
-                                 PageLink{"words", "Words on this page"}})
-      links.push_back(link);
-    write_contents(links, html);
-    write_equations(result, models_of(result, record), html);
-    write_figures(drawn, "body-", Question::follows, true, html);
-    if (!record.imposed) write_modes(result, html);
-    if (is_one) {
-      write_memory(result, html);
-      write_figures(drawn, "memory-", html);
-      html.close();
-    } else {
-      write_couplings(result, html);
-    }
-    write_sensors(result, record, html);
-    write_figures(drawn, "record-", html);
-    html.close();
-    write_repeat(config, html);
-    write_words(html);
-  });
+  return html_document(
+      page_title(config.report,
+                 (record.imposed ? "The force on the motion of " : "Equations of motion from ") + record.name),
+      [&](HtmlWriter& html) {
+        write_header(config.report, html);
+        write_screen(bodies_screen(result, record), drawn, "body-", html);
+        const bool is_one = result.model.layout.num_bodies == 1;
+        std::vector<PageLink> links{{"equations", is_one ? "Equation" : "Equations"}};
+        if (!record.imposed) links.push_back({"modes", "Modes"});
+        links.push_back(is_one ? PageLink{"memory", title_of(result.sought)}
+                               : PageLink{"couplings", "Action and reaction"});
+        for (const PageLink& link : {PageLink{"record", "The record"}, PageLink{"repeat", "How to repeat it"},
+                                     PageLink{"words", "Words on this page"}})
+          links.push_back(link);
+        write_contents(links, html);
+        write_equations(result, models_of(result, record), html);
+        write_figures(drawn, "body-", Question::follows, true, html);
+        if (!record.imposed) write_modes(result, html);
+        if (is_one) {
+          write_memory(result, html);
+          write_figures(drawn, "memory-", html);
+          html.close();
+        } else {
+          write_couplings(result, html);
+        }
+        write_sensors(result, record, html);
+        write_figures(drawn, "record-", html);
+        html.close();
+        write_repeat(config, html);
+        write_words(html);
+      });
 }
 
 std::string bodies_latex(const ident::BodiesResult& result, const ident::BodiesRecord& record) {
