@@ -127,7 +127,10 @@ ExportedEquation read_exported_bodies(const fs::path& run) {
   describe_bodies(found, result);
   const FinishedBodies::FreeRun* longest = nullptr;
   for (const FinishedBodies::FreeRun& one : found.free_runs)
-    if (longest == nullptr || one.to_s - one.from_s > longest->to_s - longest->from_s) longest = &one;
+    if (!std::all_of(one.state.begin(), one.state.end(), [](double value) { return std::isfinite(value); }))
+      continue;  // it ran away before
+    else if (longest == nullptr || one.to_s - one.from_s > longest->to_s - longest->from_s)
+      longest = &one;
   const std::size_t recording = longest == nullptr ? 0 : longest->recording;
   take_coordinates(found, recording, result);
   const fs::path table = run / "prepared.csv";

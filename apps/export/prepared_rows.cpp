@@ -60,11 +60,10 @@ PreparedRows read_prepared_rows(const std::filesystem::path& file, std::size_t r
 }
 
 dsp::IndexRange samples_between(const dsp::Motion& motion, double from_s, double to_s) {
-  const auto first = static_cast<Index>(std::llround(from_s * motion.sample_rate_hz));
-  const auto last = static_cast<Index>(std::llround(to_s * motion.sample_rate_hz));
-  if (first < 0 || last > motion.num_samples() || last - first < 2)
+  const double first = std::round(from_s * motion.sample_rate_hz), last = std::round(to_s * motion.sample_rate_hz);
+  if (!(first >= 0.0 && last <= static_cast<double>(motion.num_samples()) && last - first >= 2.0))
     throw dsp::Fault(dsp::FaultKind::input, "run.damaged", "prepared.csv: the free run is outside of it");
-  return {first, last};
+  return {static_cast<Index>(first), static_cast<Index>(last)};
 }
 
 ExportedRun run_over(const dsp::Motion& motion, dsp::IndexRange samples, const std::vector<std::string>& inputs) {

@@ -169,9 +169,9 @@ ident::BodiesModel model_in(const Json& document, const std::filesystem::path& f
     }
     if (body < 1) refuse_file(file);
   };
-  for (const Json& body : document.at("bodies")) {
-    if (body.at("body").get<int>() > model.layout.num_bodies) refuse_file(file);
-    take_terms(body, body.at("body").get<int>());
+  for (int number = 1; const Json& body : document.at("bodies")) {
+    if (body.at("body").get<int>() != number) refuse_file(file);  // the covariance is in this order
+    take_terms(body, number++);
   }
   if (model.layout.inner != ident::Inner::none) take_terms(document["inner"], model.layout.num_equations());
   if (model.layout.inner == ident::Inner::lag && !is_lag(model.layout, model.terms, mean)) refuse_file(file);
@@ -293,12 +293,16 @@ FinishedBodies read_bodies(const std::filesystem::path& run) {
       found.recordings.push_back(found.recording), found.zeros.emplace_back();
       for (const Json& body : document.at("bodies")) found.zeros.back().push_back(body.at("zero"));
     }
+    const auto is_whole = [&](const std::vector<double>& zeros) {
+      return std::ssize(zeros) == found.model.layout.num_bodies;
+    };
+    if (found.recordings.empty() || !std::all_of(found.zeros.begin(), found.zeros.end(), is_whole)) refuse_file(file);
     for (const Json& one : document.value("free_runs", Json::array())) {  // folders of earlier versions have none
       FinishedBodies::FreeRun& free_run = found.free_runs.emplace_back();
       free_run.recording = one.at("recording").get<std::size_t>() - 1;
       free_run.from_s = one.at("from_s"), free_run.to_s = one.at("to_s");
       for (const Json& value : one.at("state")) free_run.state.push_back(number_or_nan(value));
-      if (free_run.recording >= found.recordings.size() ||
+      if (free_run.recording >= found.recordings.size() || !std::isfinite(free_run.from_s + free_run.to_s) ||
           std::ssize(free_run.state) != found.model.layout.num_states())
         refuse_file(file);
     }

@@ -283,6 +283,13 @@ void add_cause(const RunResults& results, const ident::RangeResult& range, const
           found.push_back(of_exchanged(results.inputs[i]));
       break;
     case ident::Cause::imposed_motion:
+      if (!has_displacement(results) || !may_have_inner(results)) {
+        found.push_back(
+            {"If a machine imposes the motion, its force is what an equation is to be for: from a recorded "
+             "displacement, without ranges of your own.",
+             {}});
+        break;
+      }
       found.push_back({"If a machine imposes the motion, its force is what an equation is to be for. In the config:",
                        {"[library]", "inner = \"hysteresis\"", "[fit]", "target = \"f\""}});
       break;

@@ -235,6 +235,7 @@ class ArrayFile final : public RowsOnClock {
     std::map<std::string, int> named;
     for (const Used& one : used_) ++named[one.array->name];
     info_.named = std::any_of(used_.begin(), used_.end(), [](const Used& one) { return !one.array->name.empty(); });
+    const ArrayLabels labels(contents_.arrays);
     for (Used& one : used_) {
       const FileArray& array = *one.array;
       const FileArray *names = nullptr, *units = nullptr;
@@ -242,8 +243,8 @@ class ArrayFile final : public RowsOnClock {
       one.first = info_.columns.size();
       one.count = sides.size() == 1 ? 1 : static_cast<std::size_t>(sides[one.axis == 0 ? 1 : 0]);
       require_memory(name_, 100.0 * static_cast<double>(one.first + one.count), options.max_memory_bytes);
-      names = names_beside(contents_.arrays, array, one.count);
-      units = units_beside(contents_.arrays, array, one.count);
+      names = labels.names_beside(array, one.count);
+      units = labels.units_beside(array, one.count);
       const std::string values = units != nullptr ? name_of_values(array) : "";
       const std::string name = !values.empty() ? values : named[array.name] > 1 ? array.group + array.name : array.name;
       for (std::size_t i = 0; i < one.count; ++i) {
@@ -265,14 +266,22 @@ class ArrayFile final : public RowsOnClock {
     leave_out_counts();
   }
 
-  // As many units in one list as there are columns, all of its group and none with a unit of its own.
+  // As many units in one list as there are columns, all of its group and none with a unit of its own. Containers sort
+  // their variables, JSON does not: elsewhere a unit of time must come to the clock, and to nothing else.
   void take_listed_units() {
     if (std::any_of(info_.units.begin(), info_.units.end(), [](const std::string& unit) { return !unit.empty(); }))
       return;
     const std::string& group = used_.front().array->group;
     if (std::any_of(used_.begin(), used_.end(), [&](const Used& one) { return one.array->group != group; })) return;
-    const FileArray* units = units_beside(contents_.arrays, *used_.front().array, info_.columns.size());
+    const FileArray* units = ArrayLabels(contents_.arrays).units_beside(*used_.front().array, info_.columns.size());
     if (units == nullptr || units->texts.size() < 2 || units->group != group) return;
+    bool has_clock = false, fits = true;
+    for (std::size_t i = 0; i < info_.units.size(); ++i) {
+      const bool is_clock = is_time_name(info_.columns[i]);
+      has_clock = has_clock || is_clock;
+      fits = fits && is_clock == (is_unit(units->texts[i]) && parse_quantity("1 " + units->texts[i]).si == "s");
+    }
+    if (contents_.prefix != "json" && !(has_clock && fits)) return;
     for (std::size_t i = 0; i < info_.units.size(); ++i)
       if (is_unit(units->texts[i])) info_.units[i] = units->texts[i];
     not_left_out(*units);

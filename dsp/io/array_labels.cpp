@@ -19,6 +19,9 @@ bool is_one_of(std::string_view word, const std::array<std::string_view, N>& wor
 // What keys call a unit, a name, the numbers themselves, and what stands about the record.
 constexpr std::array<std::string_view, 5> unit_keys{"unit", "units", "einheit", "einheiten", "unidad"};
 constexpr std::array<std::string_view, 4> name_keys{"name", "label", "channel", "title"};
+constexpr std::array<std::string_view, 18> list_keys{
+    "name",    "names", "label",  "labels", "channel", "channels",  "column",   "columns", "header",
+    "headers", "field", "fields", "signal", "signals", "variables", "variable", "titles",  "legend"};
 constexpr std::array<std::string_view, 4> value_keys{"values", "value", "data", "samples"};
 constexpr std::array<std::string_view, 8> about_keys{"meta",  "metadata",   "info",       "header",
                                                      "attrs", "properties", "attributes", "settings"};
@@ -31,14 +34,14 @@ bool are_units(const std::vector<std::string>& texts) {
 
 // Of lists of `width` texts that pass, the one in the array's group, else the only one.
 template <class Test>
-const FileArray* list_beside(const std::vector<FileArray>& arrays, const FileArray& array, std::size_t width,
+const FileArray* list_beside(const std::vector<const FileArray*>& lists, const FileArray& array, std::size_t width,
                              Test&& test) {
   const FileArray* found = nullptr;
   int num_elsewhere = 0;
-  for (const FileArray& one : arrays) {
-    if (one.texts.size() != width || !test(one)) continue;
-    if (one.group == array.group || one.group == array.group + array.name + "/") return &one;
-    found = &one;
+  for (const FileArray* one : lists) {
+    if (one->texts.size() != width || !test(*one)) continue;
+    if (one->group == array.group || one->group == array.group + array.name + "/") return one;
+    found = one;
     ++num_elsewhere;
   }
   return num_elsewhere == 1 ? found : nullptr;
@@ -70,29 +73,40 @@ std::string name_of_values(const FileArray& array) {
   return group.substr(group.find_last_of("./") + 1);  // npos + 1 is 0
 }
 
-const FileArray* names_beside(const std::vector<FileArray>& arrays, const FileArray& array, std::size_t width) {
-  if (width > 1) return list_beside(arrays, array, width, [](const FileArray& one) { return !are_units(one.texts); });
+ArrayLabels::ArrayLabels(const std::vector<FileArray>& arrays) {
+  for (const FileArray& one : arrays) {
+    if (one.texts.size() > 1) lists_.push_back(&one);
+    if (one.texts.size() != 1) continue;
+    texts_.push_back(&one);
+    if (is_no_unit(one.texts.front())) continue;
+    if (const auto words = what_has_unit(one)) units_.emplace(*words, &one);
+  }
+}
+
+const FileArray* ArrayLabels::names_beside(const FileArray& array, std::size_t width) const {
+  const auto names_columns = [](const FileArray& one) {
+    const std::vector<std::string> words = words_of_key(one.name);
+    return !are_units(one.texts) &&
+           std::any_of(words.begin(), words.end(), [](const std::string& word) { return is_one_of(word, list_keys); });
+  };
+  if (width > 1) return list_beside(lists_, array, width, names_columns);
   if (!names_values(array)) return nullptr;
   const FileArray* found = nullptr;
-  for (const FileArray& one : arrays)
-    if (one.group == array.group && one.texts.size() == 1 && is_one_of(lower(one.name), name_keys)) {
+  for (const FileArray* one : texts_)
+    if (one->group == array.group && is_one_of(lower(one->name), name_keys)) {
       if (found != nullptr) return nullptr;
-      found = &one;
+      found = one;
     }
   return found;
 }
 
-const FileArray* units_beside(const std::vector<FileArray>& arrays, const FileArray& array, std::size_t width) {
-  if (width > 1) return list_beside(arrays, array, width, [](const FileArray& one) { return are_units(one.texts); });
-  const std::vector<std::string> name = words_of_key(array.name);
+const FileArray* ArrayLabels::units_beside(const FileArray& array, std::size_t width) const {
+  if (width > 1) return list_beside(lists_, array, width, [](const FileArray& one) { return are_units(one.texts); });
   std::vector<std::string> path = words_of_key(array.group + array.name);
   if (names_values(array)) path.pop_back();
-  for (const FileArray& one : arrays) {
-    if (one.texts.size() != 1 || is_no_unit(one.texts.front())) continue;
-    const auto words = what_has_unit(one);
-    if (words && (*words == path || (*words == name && !names_values(array)))) return &one;
-  }
-  return nullptr;
+  auto found = units_.find(path);
+  if (found == units_.end() && !names_values(array)) found = units_.find(words_of_key(array.name));
+  return found == units_.end() ? nullptr : found->second;
 }
 
 }  // namespace dsp

@@ -246,11 +246,6 @@ std::string why_left_out(const TableColumn& column, const Beginning& first) {
   if (may_be_time(column) && speaks_of_time(base_of(column)) && is_clock_like(first.values))
     return "another time column";
   const auto both = [](double value, double next) { return std::isfinite(value) && std::isfinite(next); };
-  constexpr std::size_t few = 10;  // times fewer than rows
-  const auto is_value = [](double value) { return std::isfinite(value); };
-  const auto from_last = std::find_if(first.values.rbegin(), first.values.rend(), is_value) - first.values.rbegin();
-  if (first.num_values > 0 && few * (first.values.size() - static_cast<std::size_t>(from_last)) < first.values.size())
-    return fmt::format("values in {} of the first {} rows", first.num_values, first.values.size());
   const bool is_slower =
       first.num_values > 2 && std::adjacent_find(first.values.begin(), first.values.end(), both) == first.values.end();
   if (is_slower && 2 * first.num_values <= first.values.size() + 1)
@@ -258,12 +253,20 @@ std::string why_left_out(const TableColumn& column, const Beginning& first) {
   return "";
 }
 
-// Columns without a value in the first rows, nor in the last.
+// Whether values end so early in the first rows that they are none of a channel.
+bool ends_early(const Beginning& first) {
+  constexpr std::size_t few = 10;  // times fewer than rows
+  const auto is_value = [](double value) { return std::isfinite(value); };
+  const auto from_last = std::find_if(first.values.rbegin(), first.values.rend(), is_value) - first.values.rbegin();
+  return few * (first.values.size() - static_cast<std::size_t>(from_last)) < first.values.size();
+}
+
+// Columns without a value in the first rows or with few at their beginning, and none behind wherever it was looked.
 void leave_out_empty(TableLayout& layout, const std::vector<Beginning>& first, const InputFile& file) {
-  constexpr std::uint64_t looked_at = std::uint64_t{1} << 14;
+  constexpr std::uint64_t looked_at = std::uint64_t{1} << 14, num_places = 8;
   const auto is_open = [&](std::size_t i) {
     const TableColumn& column = layout.columns[i];
-    return first[i].num_values == 0 && column.left_out.empty() && static_cast<int>(i) != layout.time_column;
+    return ends_early(first[i]) && column.left_out.empty() && static_cast<int>(i) != layout.time_column;
   };
   std::vector<bool> is_empty(first.size());
   bool has_channel = false;  // or the record is empty, which is another matter
@@ -273,18 +276,26 @@ void leave_out_empty(TableLayout& layout, const std::vector<Beginning>& first, c
                   (!is_empty[i] && layout.columns[i].left_out.empty() && static_cast<int>(i) != layout.time_column);
   }
   if (!has_channel || std::find(is_empty.begin(), is_empty.end(), true) == is_empty.end()) return;
-  const auto from = std::max(layout.data_offset, file.size() - std::min(file.size(), looked_at));
-  const std::string text = file.text(from, static_cast<std::size_t>(file.size() - from));
-  for (std::size_t at = 0; at < text.size();) {
-    const auto end = std::min(text.find('\n', at), text.size());
-    const auto cells = layout.style.cells(std::string_view(text).substr(at, end - at));
-    double value = 0.0;
-    for (std::size_t i = 0; i < std::min(cells.size(), is_empty.size()); ++i)
-      if (parse_cell(cells[i], layout.style.decimal_comma, value) != Cell::missing) is_empty[i] = false;
-    at = end + 1;
+  const std::uint64_t length = file.size() - std::min<std::uint64_t>(file.size(), layout.data_offset);
+  for (std::uint64_t place = 1; place <= num_places; ++place) {
+    const auto end_of_place = layout.data_offset + length * place / num_places;
+    const auto from = std::max<std::uint64_t>(layout.data_offset, end_of_place - std::min(end_of_place, looked_at));
+    const std::string text = file.text(from, static_cast<std::size_t>(end_of_place - from));
+    for (std::size_t at = std::min(text.find('\n'), text.size() - 1) + 1; at < text.size();) {
+      const auto end = text.find('\n', at);
+      if (end == std::string::npos && place < num_places) break;  // a part of a row
+      const auto cells = layout.style.cells(std::string_view(text).substr(at, std::min(end, text.size()) - at));
+      double value = 0.0;
+      for (std::size_t i = 0; i < std::min(cells.size(), is_empty.size()); ++i)
+        if (parse_cell(cells[i], layout.style.decimal_comma, value) != Cell::missing) is_empty[i] = false;
+      at = std::min(end, text.size()) + 1;
+    }
   }
   for (std::size_t i = 0; i < first.size(); ++i)
-    if (is_empty[i]) layout.columns[i].left_out = "no values";
+    if (is_empty[i])
+      layout.columns[i].left_out = first[i].num_values == 0 ? "no values"
+                                                            : fmt::format("values in {} of the first {} rows",
+                                                                          first[i].num_values, first[i].values.size());
 }
 
 }  // namespace

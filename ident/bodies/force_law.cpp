@@ -206,8 +206,7 @@ void take(Choice& choice, const Law& law, const Search& search) {
     choice.selection.scores[term] = {gain, 1.0 / (1.0 + std::exp(0.5 * (choice.selection.price - gain)))};
   }
   if (!search.remembers(law.terms)) choice.layout.inner = Inner::none;
-  fit.floors = state_space::noise_floors(choice.statement.problem);
-  fit.noise = {std::vector<double>(static_cast<size_t>(choice.layout.num_states()), 0.0), fit.floors};
+  fit.noise.process.assign(static_cast<size_t>(choice.layout.num_states()), 0.0);
   fit.residual_std = {std::sqrt(variance)};
   fit.gain_of_process_noise = gain_beyond_noise(variance, fit.floors.front(), search.num_independent());
   fit.settled = law.fit.settled, fit.at_floor = true;
@@ -235,12 +234,16 @@ Choice choose_force(const BodiesRecord& record, const BodiesOptions& options, Bo
     for (const std::vector<double>& start : yielding(choice, all))
       if (std::optional<Law> one = search.law(all, start); one && (!with || one->fit.squares() < with->fit.squares()))
         with = std::move(one);
+  result.sought = options.inner;
+  state_space::Fit& fit = choice.selection.fit;
+  fit.floors = state_space::noise_floors(choice.statement.problem);
+  fit.noise = {std::vector<double>(static_cast<size_t>(choice.layout.num_states()), 0.0), fit.floors};
+  result.gain_of_inner = dsp::nan;
   if (!with && !without) return choice;  // its fit has not come to rest
   search.count_rows(with ? *with : *without);
   if (with) with = search.best_of(std::move(*with));
   if (without) without = search.best_of(std::move(*without));
-  result.sought = options.inner;
-  result.gain_of_inner = with && without ? without->score - with->score : dsp::nan;
+  if (with && without) result.gain_of_inner = without->score - with->score;
   take(choice, with && !(result.gain_of_inner <= 0.0) ? *with : *without, search);
   return choice;
 }

@@ -96,7 +96,9 @@ std::optional<std::vector<double>> first_state(const BodiesModel& model, const B
   BodiesStatement statement = statement_of(record, model.layout, model.terms, known, {over}, 1);
   if (statement.problem.records.empty()) return std::nullopt;
   if (model.layout.imposed) {
-    const auto fit = state_space::output_error(statement.problem, {.free_states = {1}, .num_threads = num_threads});
+    const auto fit = state_space::output_error(
+        statement.problem, {.free_states = model.layout.inner == Inner::none ? std::vector<int>{} : std::vector<int>{1},
+                            .num_threads = num_threads});
     if (!fit) return std::nullopt;
     return std::vector<double>(fit->point.states.front().begin(),
                                fit->point.states.front().begin() + model.layout.num_states());

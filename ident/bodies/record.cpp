@@ -329,6 +329,14 @@ BodiesRecord imposed_record(const dsp::Recording& recording) {
   for (const Index at : {r, f})
     if (at >= 0) columns.push_back(at);
   refuse_held(recording, columns);
+  for (const Index at : columns)
+    if (const dsp::Channel& channel = recording.channels[static_cast<size_t>(at)];
+        channel.delay_s != 0.0 || !channel.highpass_hz.empty())
+      throw question("bodies.delay", recording.name,
+                     fmt::format("channel '{}' has a stated {}, which is not corrected for the force on an imposed "
+                                 "motion. Correct the recording and leave `{}` out",
+                                 channel.name, channel.delay_s != 0.0 ? "delay" : "highpass",
+                                 channel.delay_s != 0.0 ? "delay" : "highpass"));
   record.length = recording.channels[static_cast<size_t>(columns.front())].unit;
   VectorXd displacement = recording.samples.col(columns.front());
   if (r >= 0) displacement -= recording.samples.col(r);

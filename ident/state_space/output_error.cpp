@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "dsp/linear.hpp"
@@ -20,6 +21,9 @@ class Simulation {
  public:
   Simulation(const Problem& problem, const OutputErrorOptions& options)
       : linearisation_(problem), options_(options), parameters_(as_size(layout().size())) {
+    for (const int state : options.free_states)
+      if (state < 0 || state >= linearisation_.model().num_states())
+        throw std::invalid_argument("state_space: first value of a state that there is not");
     const std::vector<Prior> priors = priors_of(problem);
     for (std::size_t i = 0; i < parameters_.size(); ++i) parameters_[i] = priors[i].mean;
     for (const Record& record : problem.records)

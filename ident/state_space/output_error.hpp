@@ -25,7 +25,7 @@ struct OutputError {
 /// noise, so that whatever the equations do not explain counts as error of the channels. That is what is asked of
 /// equations whose states nothing records and nothing but the inputs moves. Gauss-Newton steps damped as [Mar63]; the
 /// same bits on any number of threads. Nothing where the equations run away from where they begin. Throws as
-/// Linearisation.
+/// Linearisation, and std::invalid_argument for a free state that there is not.
 [[nodiscard]] std::optional<OutputError> output_error(const Problem& problem, const OutputErrorOptions& options);
 
 }  // namespace ident::state_space
