@@ -104,6 +104,26 @@ TEST_CASE("a force without a memory keeps none", "[ident][force_law]") {
   CHECK(result.sought == ident::Inner::hysteresis);
   CHECK(result.model.layout.inner == ident::Inner::none);
   CHECK(result.verdict == ident::Verdict::describes);
+  // Its one state is none of the force's, and has no first value to be sought.
+  const ident::BodiesRecord record =
+      ident::in_frame(ident::imposed_record(recording_of(spring, 0.02, seed + 1)), ident::Frame::ground);
+  const auto state = ident::first_state(result.model, record, {500, 600}, 1);
+  REQUIRE(state);
+  CHECK(state->size() == 1);
+}
+
+TEST_CASE("terms that cannot be had on an imposed motion leave no equation", "[ident][force_law]") {
+  const ident::BodiesResult result =
+      ident::identify_bodies(ident::imposed_record(recording_of({}, 0.01, seed)),
+                             {.library = {.terms = {"sqrt(x)"}}, .inner = ident::Inner::hysteresis});  // x < 0, too
+  CHECK(!result.silent_because.empty());
+  CHECK(result.sought == ident::Inner::hysteresis);
+}
+
+TEST_CASE("a stated delay is not ignored for an imposed motion", "[ident][force_law]") {
+  dsp::Recording late = recording_of({}, 0.01, seed);
+  late.channels[1].delay_s = 0.05;
+  CHECK_THROWS_WITH(ident::imposed_record(late), Catch::Contains("`delay`"));
 }
 
 TEST_CASE("exact supports and coverage of the force on an imposed motion", "[.][coverage][force_law]") {

@@ -81,10 +81,10 @@ TEST_CASE("a switch that looks at an input whose rate is not known is passed", "
     values[0] = t < 1.0 ? -1.0 : 1.0, rates[0] = std::numeric_limits<double>::quiet_NaN();
   });
   const sim::Simulation run =
-      sim::simulate(system, Eigen::Vector2d(0.0, 0.5), {.duration_s = 3.0, .sample_rate_hz = 10.0});
+      sim::simulate(system, Eigen::Vector2d(0.0, 0.5), {.duration_s = 2.0, .sample_rate_hz = 10.0});
   REQUIRE(run.status == sim::SimulationStatus::finished);
   CHECK(std::count(run.modes.begin(), run.modes.end(), 0) == 0);
-  CHECK(run.modes.front() != run.modes.back());  // it passed
+  CHECK(std::count(run.modes.begin(), run.modes.end(), run.modes.front()) < std::ssize(run.modes));  // it passed
 }
 
 }  // namespace test_bodies_system
