@@ -252,8 +252,11 @@ std::optional<NamedCause> cause_asked(const Evidence& of, const Judgement& resul
   if (of.range.exchanged && (result.verdict == Verdict::does_not || of.found.above_noise))
     return NamedCause{Cause::exchanged_roles};
   if ((of.found.is_conservative || result.verdict == Verdict::does_not) && !has_force(of.fit.model) &&
-      of.range.along_motion > mostly_along_motion)
-    return NamedCause{Cause::imposed_motion};
+      of.range.along_motion > mostly_along_motion) {
+    // A force that drives its resonance is along the motion, too; it is named where it explains what is left over.
+    const NamedCause why = cause_of(of.range, of.fit, of.found);
+    return why.explanation ? why : NamedCause{Cause::imposed_motion};
+  }
   if (result.verdict == Verdict::undecided) return std::nullopt;
   const bool is_said = of.found.by_run == Verdict::describes &&
                        std::all_of(result.rules.begin(), result.rules.end(), [](auto* rule) { return rule->is_cause; });
