@@ -273,7 +273,8 @@ class ArrayFile final : public RowsOnClock {
       return;
     const std::string& group = used_.front().array->group;
     if (std::any_of(used_.begin(), used_.end(), [&](const Used& one) { return one.array->group != group; })) return;
-    const FileArray* units = ArrayLabels(contents_.arrays).units_beside(*used_.front().array, info_.columns.size());
+    const ArrayLabels labels(contents_.arrays);
+    const FileArray* units = labels.units_beside(*used_.front().array, info_.columns.size());
     if (units == nullptr || units->texts.size() < 2 || units->group != group) return;
     bool has_clock = false, fits = true;
     for (std::size_t i = 0; i < info_.units.size(); ++i) {

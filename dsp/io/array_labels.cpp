@@ -83,7 +83,7 @@ ArrayLabels::ArrayLabels(const std::vector<FileArray>& arrays) {
   }
 }
 
-const FileArray* ArrayLabels::names_beside(const FileArray& array, std::size_t width) const {
+const FileArray* ArrayLabels::names_beside(const FileArray& array, std::size_t width) const& {
   const auto names_columns = [](const FileArray& one) {
     const std::vector<std::string> words = words_of_key(one.name);
     return !are_units(one.texts) &&
@@ -100,7 +100,7 @@ const FileArray* ArrayLabels::names_beside(const FileArray& array, std::size_t w
   return found;
 }
 
-const FileArray* ArrayLabels::units_beside(const FileArray& array, std::size_t width) const {
+const FileArray* ArrayLabels::units_beside(const FileArray& array, std::size_t width) const& {
   if (width > 1) return list_beside(lists_, array, width, [](const FileArray& one) { return are_units(one.texts); });
   std::vector<std::string> path = words_of_key(array.group + array.name);
   if (names_values(array)) path.pop_back();

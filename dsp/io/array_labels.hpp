@@ -18,11 +18,13 @@ class ArrayLabels {
   /// What names the `width` columns of an array: under a key as names, labels, channels or columns as many texts in its
   /// group, else the only such list elsewhere, that are no units; null where there is none. Of a vector called values,
   /// data or samples: the only text in its group that is called name, label, channel or title.
-  [[nodiscard]] const FileArray* names_beside(const FileArray& array, std::size_t width) const;
+  [[nodiscard]] const FileArray* names_beside(const FileArray& array, std::size_t width) const&;
+  void names_beside(const FileArray& array, std::size_t width) const&& = delete;
   /// What has their units: as many texts that are units or say that there is none ("mm", "N", "-"), likewise, under any
   /// key; of a vector the text whose key is its own and the word unit ("disp_unit", "units.disp", "disp.unit" beside
   /// "disp.values").
-  [[nodiscard]] const FileArray* units_beside(const FileArray& array, std::size_t width) const;
+  [[nodiscard]] const FileArray* units_beside(const FileArray& array, std::size_t width) const&;
+  void units_beside(const FileArray& array, std::size_t width) const&& = delete;
 
  private:
   std::vector<const FileArray*> lists_, texts_;                 // of several texts, of one
