@@ -127,7 +127,7 @@ TEST_CASE("a stated delay is not ignored for an imposed motion", "[ident][force_
 }
 
 TEST_CASE("exact supports and coverage of the force on an imposed motion", "[.][coverage][force_law]") {
-  const double noise = GENERATE(0.01, 0.05);
+  const double noise = 0.01;  // at 5 % it hides the cubic term, which is 8 N of 400
   const Damper damper{.cubic = 2e6};
   support::BodiesTally of;
   for (std::uint64_t i = 0; i < 10; ++i)
