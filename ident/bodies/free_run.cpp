@@ -55,14 +55,13 @@ MatrixXd run_free(const BodiesModel& model, const MatrixXd& inputs, double sampl
   return states;
 }
 
-MatrixXd responses_of(const BodiesModel& model, const MatrixXd& states, const MatrixXd& inputs, double sample_rate_hz,
-                      double begin_s) {
-  if (!model.layout.imposed) return states(Eigen::all, Eigen::seqN(0, model.layout.num_bodies, 2));
+VectorXd rates_along(const BodiesModel& model, int state, const MatrixXd& states, const MatrixXd& inputs,
+                     double sample_rate_hz, double begin_s) {
   const std::vector<double> known(model.mean.begin(), model.mean.end());
   const state_space::Model compiled(
       {.equations = equations_of(model.layout, model.terms, known), .channels = {}, .records = {}});
   state_space::Rates<1> rates(compiled);
-  MatrixXd force(states.rows(), 1);
+  VectorXd along(states.rows());
   for (Index k = 0; k < states.rows(); ++k) {
     for (Index i = 0; i < states.cols(); ++i) *rates.state(static_cast<int>(i)) = states(k, i);
     for (Index i = 0; i < inputs.cols(); ++i) *rates.input(static_cast<int>(i)) = inputs(k, i);
@@ -70,9 +69,15 @@ MatrixXd responses_of(const BodiesModel& model, const MatrixXd& states, const Ma
     rates.evaluate({});  // for the values of the switches, which say their sides
     for (int i = 0; i < compiled.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
     rates.evaluate({});
-    force(k, 0) = *rates.rate(0);
+    along(k) = *rates.rate(state);
   }
-  return force;
+  return along;
+}
+
+MatrixXd responses_of(const BodiesModel& model, const MatrixXd& states, const MatrixXd& inputs, double sample_rate_hz,
+                      double begin_s) {
+  if (model.layout.imposed) return rates_along(model, 0, states, inputs, sample_rate_hz, begin_s);
+  return states(Eigen::all, Eigen::seqN(0, model.layout.num_bodies, 2));
 }
 
 RunErrors errors_of_run(const BodiesRecord& record, const MatrixXd& positions, Index first, Index from) {

@@ -11,6 +11,10 @@ inline constexpr Eigen::Index least_samples = 32;  ///< of a piece: less says no
 /// A signal's derivative of this order, of what it has below a frequency.
 [[nodiscard]] Eigen::VectorXd derived(const Eigen::VectorXd& signal, double rate_hz, int order, double to_hz);
 
+/// The rate of one state of the equations at each sample, of states (samples x states) and inputs there.
+[[nodiscard]] Eigen::VectorXd rates_along(const BodiesModel& model, int state, const Eigen::MatrixXd& states,
+                                          const Eigen::MatrixXd& inputs, double sample_rate_hz, double begin_s);
+
 /// The likelihood of samples of a record of bodies, stated.
 struct BodiesStatement {
   state_space::Problem problem;
