@@ -206,7 +206,7 @@ TEST_CASE("a channel that begins late is used from where it begins", "[apps][man
       0, {"x: no values before 3 s, which is marked bad", "no values in x"});
   expect(folder,
          "awk -F, 'NR>1 {print $1 \",NaN,\" $3; next} {print}' drive.csv > never.csv && $ARDENT check never.csv", 3,
-         {"[sample.missing]", "'x' has no value at all", "Leave the channel out"});
+         {"[motion.none]", "found force", "'x_mm' (no values)"});
 }
 
 TEST_CASE("an equation of a handful of rows is said to be one", "[apps][manners]") {
