@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dsp/constants.hpp"
 #include "dsp/io/channel_roles.hpp"
 #include "dsp/io/sidecar.hpp"
 
