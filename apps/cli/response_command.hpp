@@ -13,6 +13,8 @@ namespace apps {
 struct ResponseArguments {
   std::filesystem::path run, folder;  ///< a finished run; where the results go, RUN-frc if empty
   std::string range, method;          ///< empty: mixed or the first; fast_rvm or the first
+  int body = 0;                       ///< of several, from 1; 0: the first
+  std::string input;                  ///< of several; "r": the base
   int num_draws = 40;                 ///< of the coefficients; 0: no uncertainty
   std::uint64_t seed = 1;
   std::optional<double> static_friction;  ///< m/s^2, known from elsewhere

@@ -47,14 +47,14 @@ std::pair<double, double> band_of(const std::optional<std::pair<double, double>>
 
 }  // namespace
 
-Sweep sweep_of(const std::vector<std::string>& settings, const ident::EquationOscillator& driven, double largest_x,
+Sweep sweep_of(const std::vector<std::string>& settings, const SweptEquation& equation,
                const std::vector<StepPoint>& steps) {
   Sweep result{.options = {}, .amplitude_measured = !steps.empty()};
   sim::FrequencyResponseOptions& sweep = result.options;
-  std::tie(sweep.from_hz, sweep.to_hz) = band_of(ident::free_frequencies_hz(driven.oscillator, largest_x), steps);
+  std::tie(sweep.from_hz, sweep.to_hz) = band_of(equation.free_hz, steps);
   sweep.step_hz = dsp::nan;  // no setting is
-  const char* amplitude = driven.drive == ident::DriveKind::base ? "amplitude_mm" : "amplitude";
-  bool amplitude_given = driven.drive == ident::DriveKind::base || !steps.empty();
+  const char* amplitude = equation.drive == ident::DriveKind::base ? "amplitude_mm" : "amplitude";
+  bool amplitude_given = equation.drive == ident::DriveKind::base || !steps.empty();
   if (!steps.empty()) {
     std::vector<double> drives;
     for (const StepPoint& step : steps) drives.push_back(step.drive);
@@ -71,11 +71,12 @@ Sweep sweep_of(const std::vector<std::string>& settings, const ident::EquationOs
   }
   if (std::isnan(sweep.from_hz) || std::isnan(sweep.to_hz))
     refuse_sweep(fmt::format("{}: give the sweep's, --set from_hz=... --set to_hz=...",
-                             largest_x > 0.0
+                             equation.reach_is_known
                                  ? "nothing in the equation pulls x back, so that it has no frequency to look about"
                                  : "how far x went is not known, and so no frequency to look about"));
   if (std::isnan(sweep.step_hz)) sweep.step_hz = plain_below(0.005 * (sweep.from_hz + sweep.to_hz));
-  if (!amplitude_given) refuse_sweep("the equation is driven by f: give its amplitude, --set amplitude=...");
+  if (!amplitude_given)
+    refuse_sweep(fmt::format("the equation is driven by {}: give its amplitude, --set amplitude=...", equation.input));
   if (!(sweep.amplitude_m > 0.0))
     refuse_sweep(fmt::format("the amplitude must be positive, got {}", sweep.amplitude_m));
   return result;

@@ -1,5 +1,7 @@
 #pragma once
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/output/steps_table.hpp"
@@ -16,11 +18,19 @@ struct Sweep {
   bool amplitude_measured = false;  ///< that of the record's steps
 };
 
+/// What a sweep is to look about.
+struct SweptEquation {
+  ident::DriveKind drive = ident::DriveKind::base;
+  std::string input = "f";                           ///< that drives where it is a force
+  std::optional<std::pair<double, double>> free_hz;  ///< lowest and highest frequency of free vibration
+  bool reach_is_known = true;                        ///< how far the training rows go, without which there is none
+};
+
 /// The sweep that settings of `ardent frc` ask for: from_hz, to_hz, step_hz, and amplitude_mm of the base, or amplitude
 /// where a force drives. Left out, the amplitude is that of the record's steps, if it has some; the frequencies are
-/// about those of free vibration up to `largest_x` and those of the steps. Throws dsp::Fault (usage, "frc.option"), and
+/// about those of free vibration and those of the steps. Throws dsp::Fault (usage, "frc.option"), and
 /// std::invalid_argument as parse_settings.
-[[nodiscard]] Sweep sweep_of(const std::vector<std::string>& settings, const ident::EquationOscillator& driven,
-                             double largest_x, const std::vector<StepPoint>& steps);
+[[nodiscard]] Sweep sweep_of(const std::vector<std::string>& settings, const SweptEquation& equation,
+                             const std::vector<StepPoint>& steps = {});
 
 }  // namespace apps

@@ -51,12 +51,22 @@ void put_terms(Json& one, int body, const ident::BodiesResult& result, const ide
     if (term.body == body) one["rejected"].push_back({{"name", term.name}});
 }
 
+/// How far a body goes in the samples that were fitted; of an imposed motion its force.
+double largest_fitted(int body, const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  double largest = 0.0;
+  for (const dsp::IndexRange& range : result.train)
+    for (Index n = range.first; n < range.last; ++n)
+      if (const double x = std::abs(record.samples(n, body - 1)); std::isfinite(x)) largest = std::max(largest, x);
+  return largest;
+}
+
 Json body_json(int body, const ident::BodiesResult& result, const ident::BodiesRecord& record) {
   Json one{
       {"body", body},
       {record.imposed ? "force" : "displacement", printable(record.channels[static_cast<std::size_t>(body - 1)].name)},
       {"target", result.model.layout.target(body)},
       {"zero", record.parts.front().zeros(body - 1)},
+      {"largest", largest_fitted(body, result, record)},
       {"noise_std", number_or_null(result.noise_std(body - 1))}};
   put_terms(one, body, result, record);
   if (result.silent_because.empty()) {
@@ -297,6 +307,7 @@ FinishedBodies read_bodies(const std::filesystem::path& run) {
       return std::ssize(zeros) == found.model.layout.num_bodies;
     };
     if (found.recordings.empty() || !std::all_of(found.zeros.begin(), found.zeros.end(), is_whole)) refuse_file(file);
+    for (const Json& body : document.at("bodies")) found.largest.push_back(body.value("largest", 0.0));
     for (const Json& one : document.value("free_runs", Json::array())) {  // folders of earlier versions have none
       FinishedBodies::FreeRun& free_run = found.free_runs.emplace_back();
       free_run.recording = one.at("recording").get<std::size_t>() - 1;

@@ -13,7 +13,8 @@ namespace apps {
 /// The same with what each term gains.
 [[nodiscard]] std::vector<ident::Model> models_of(const ident::BodiesResult& result, const ident::BodiesRecord& record);
 
-/// equation.json and report.json of a run with several bodies: "bodies" with their terms, "modes", "couplings", the
+/// equation.json and report.json of a run with several bodies: "bodies" with their terms and
+/// how far they went, "modes", "couplings", the
 /// verdict and "free_runs" with the state each begins in, "covariance" of all coefficients in order, "inner" with the
 /// terms of z where one was sought, "imposed" with "force_unit" where the one equation is of the force on an imposed
 /// motion, "recordings" where there are several (times and zeros of the first stand outside, errors are of all);
@@ -28,6 +29,7 @@ struct FinishedBodies {
   std::string recording = {}, length = {}, verdict = {};
   std::vector<std::string> recordings = {};     ///< one, or several
   std::vector<std::vector<double>> zeros = {};  ///< of each recording and displacement
+  std::vector<double> largest = {};             ///< of each body in the samples that were fitted; 0: not known
   struct FreeRun {
     std::size_t recording = 0;  ///< index
     double from_s = 0.0, to_s = 0.0;

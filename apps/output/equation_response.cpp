@@ -63,9 +63,11 @@ std::vector<std::string> remarks_of(const EquationResponse& result) {
     remarks.push_back(fmt::format("static friction of {:g} m/s^2 is given, not identified", result.static_friction));
   if (result.has_friction && result.static_friction == 0.0)
     remarks.push_back(
-        "static friction cannot be identified while the payload slips: the frequencies of locking and breaking loose "
-        "are those of the identified sliding friction. If static friction is known from elsewhere, give it with "
-        "--static-friction");
+        fmt::format("static friction cannot be identified while the payload slips: the frequencies of locking and "
+                    "breaking loose are those of the identified sliding friction{}",
+                    result.equation.takes_static_friction
+                        ? ". If static friction is known from elsewhere, give it with --static-friction"
+                        : ""));
   const double limit = result.equation.largest_x;
   const ShownUnit unit = shown_unit(result.equation.x_unit);
   const auto& response = result.steady.response;
@@ -94,9 +96,12 @@ std::vector<std::string> remarks_of(const EquationResponse& result) {
 }
 
 Json json_of(const EquationResponse& result) {
-  const auto& equation = result.equation;
-  Json document{{"equation", {{"range", equation.range}, {"method", equation.method}, {"text", equation.text}}},
-                {"drive", result.drive == ident::DriveKind::base ? "base displacement, m" : "f"},
+  const RespondingEquation& equation = result.equation;
+  Json named = Json::object();
+  for (const auto& [key, value] : equation.keys) named[key] = value;
+  named["text"] = equation.text;
+  Json document{{"equation", std::move(named)},
+                {"drive", result.drive == ident::DriveKind::base ? "base displacement, m" : result.input},
                 {"x_unit", equation.x_unit},
                 {"sweep",
                  {{"from_hz", result.sweep.from_hz},
@@ -154,16 +159,27 @@ ReportedResponse reported(const EquationResponse& result) {
 
 }  // namespace
 
+RespondingEquation responding(const ident::IdentifiedEquation& equation) {
+  const std::string of = fmt::format("range {} by {}", equation.range, equation.method);
+  return {.of = of,
+          .title = "Response of the equation of " + of,
+          .keys = {{"range", equation.range}, {"method", equation.method}},
+          .text = equation.text,
+          .coordinates = equation.coordinates,
+          .x_unit = equation.x_unit,
+          .verdict = equation.verdict,
+          .largest_x = equation.largest_x};
+}
+
 std::string response_text(const EquationResponse& result) {
   const auto& sweep = result.sweep;
   const ShownUnit unit = shown_unit(result.equation.x_unit);
-  std::string text =
-      printable(fmt::format("range {} by {}: {}", result.equation.range, result.equation.method, result.equation.text));
+  std::string text = printable(fmt::format("{}: {}", result.equation.of, result.equation.text));
   if (!result.equation.coordinates.empty()) text += "\n" + result.equation.coordinates;
   text += fmt::format("\n{}{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients, seed {}\n\n",
                       result.drive == ident::DriveKind::base
                           ? fmt::format("base motion of {:g} {}", unit.factor * sweep.amplitude_m, unit.name)
-                          : fmt::format("f of amplitude {:g}", sweep.amplitude_m),
+                          : fmt::format("{} of amplitude {:g}", result.input, sweep.amplitude_m),
                       result.amplitude_std > 0.0 ? fmt::format(" within {:.2g} %", 100.0 * result.amplitude_std) : "",
                       sweep.from_hz, sweep.to_hz, sweep.step_hz, result.num_draws, result.seed);
   text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}\n", "", "Hz", "step", "located", "sd");
@@ -201,8 +217,7 @@ std::string response_csv(const EquationResponse& result) {
 }
 
 PlotFigure response_figure(const EquationResponse& result) {
-  PlotFigure figure = response_figure(reported(result), fmt::format("Response of the equation of range {} by {}",
-                                                                    result.equation.range, result.equation.method));
+  PlotFigure figure = response_figure(reported(result), result.equation.title);
   add_steps(figure, result.steps, shown_unit(result.equation.x_unit).factor);
   figure.caption = remarks_of(result);
   return figure;

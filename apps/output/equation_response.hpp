@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/output/steps_table.hpp"
@@ -12,10 +13,24 @@
 
 namespace apps {
 
+/// Whose response it is.
+struct RespondingEquation {
+  std::string of;                                         ///< "range mixed by fast_rvm", "x2 driven by f1"
+  std::string title;                                      ///< of its figure
+  std::vector<std::pair<std::string, std::string>> keys;  ///< the same in a document
+  std::string text, coordinates;
+  std::string x_unit = "m";
+  ident::Verdict verdict = ident::Verdict::undecided;
+  double largest_x = 0.0;  ///< over the training rows; 0: not known
+  bool takes_static_friction = true;
+};
+[[nodiscard]] RespondingEquation responding(const ident::IdentifiedEquation& equation);
+
 /// All there is to say of one equation's response.
 struct EquationResponse {
-  ident::IdentifiedEquation equation;
+  RespondingEquation equation;
   ident::DriveKind drive = ident::DriveKind::base;
+  std::string input = "f";  ///< that drives where it is a force
   bool has_friction = false;
   double static_friction = 0.0;
   sim::FrequencyResponseOptions sweep;

@@ -53,11 +53,11 @@ class Bodies {
     sim::sides_of(mode, num_switches(), sides.data());
     look(t, y);
     (void)hold(sides);
-    evaluate(sides);
+    evaluate(sides, state_space::Slopes::none);
     for (int i = 0; i < model_.num_states(); ++i) dydt[i] = *rates_.rate(i);
   }
   [[nodiscard]] double switch_value(int i, double t, const double* y) {
-    look_from(t, y);
+    look_from(t, y, state_space::Slopes::none);
     return *rates_.switch_value(i);
   }
   /// Of the side that would keep switch i at zero: beyond 1 it leads up, below -1 down.
@@ -93,19 +93,19 @@ class Bodies {
     for (int i = 0; i < n; ++i) *rates_.input(i) = values_[i], *rates_.input_rate(i) = values_[n + i];
     *rates_.input(n) = t, *rates_.input_rate(n) = 1.0;
   }
-  void evaluate(const Sides& sides) {
+  void evaluate(const Sides& sides, state_space::Slopes slopes = state_space::Slopes::by_states_and_time) {
     for (int i = 0; i < num_switches(); ++i) *rates_.sides(i) = sides[static_cast<std::size_t>(i)];
-    rates_.evaluate({}, true);
+    rates_.evaluate({}, slopes);
   }
   /// On the side of each switch that y is on.
-  void look_from(double t, const double* y) {
+  void look_from(double t, const double* y, state_space::Slopes slopes = state_space::Slopes::by_states_and_time) {
     Sides sides;
     sides.fill(1.0);
     look(t, y);
-    evaluate(sides);
+    evaluate(sides, state_space::Slopes::none);
     for (int i = 0; i < num_switches(); ++i)
       sides[static_cast<std::size_t>(i)] = *rates_.switch_value(i) < 0.0 ? -1.0 : 1.0;
-    evaluate(sides);  // a g may itself bend where another passes zero
+    evaluate(sides, slopes);  // a g may itself bend where another passes zero
   }
   /// d(g)/dt of these switches with the sides.
   [[nodiscard]] VectorXd paces(const std::vector<int>& of, const Sides& sides) {

@@ -25,7 +25,7 @@ struct IdentifiedEquation {
 
 /// Coefficients drawn from their posterior: mean + root z, z normal, the symmetric root of the covariance. The same
 /// seed and draw give the same coefficients.
-[[nodiscard]] Eigen::VectorXd drawn_coefficients(const IdentifiedEquation& equation, std::uint64_t seed,
-                                                 std::uint64_t draw);
+[[nodiscard]] Eigen::VectorXd drawn_coefficients(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance,
+                                                 std::uint64_t seed, std::uint64_t draw);
 
 }  // namespace ident

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dsp/constants.hpp"
 #include "dsp/for_each_index.hpp"
@@ -51,21 +52,16 @@ DrawnFigure drawn_figure(const std::vector<double>& values) {
           .fraction = values.empty() ? 0.0 : count / static_cast<double>(values.size())};
 }
 
-ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::FrequencyResponseOptions& sweep,
-                             const DrawOptions& options) {
+ResponseDraws response_draws(const sim::FrequencyResponseOptions& sweep, const DrawOptions& options,
+                             const std::function<DrawnSystem(std::size_t draw)>& drawn) {
   std::vector<sim::SteadyResponse> responses(static_cast<std::size_t>(options.num_draws));
   dsp::for_each_index(responses.size(), options.num_threads, [&](std::size_t k) {
-    auto driven = equation_oscillator(equation, drawn_coefficients(equation, options.seed, k));
-    const auto behind_coefficients = static_cast<std::uint64_t>(equation.mean.size());
-    const sim::Noise noise(options.seed, k);
-    const double length = std::exp(equation.displacement_std * noise.normal(behind_coefficients));
-    const double force = std::exp(equation.force_std * noise.normal(behind_coefficients + 1));
-    driven.oscillator.static_friction = options.static_friction * length;
-    sim::FrequencyResponseOptions drawn = sweep;
-    if (!options.amplitude_measured) drawn.amplitude_m *= driven.drive == DriveKind::base ? length : force;
-    responses[k] = sim::steady_response(driven.oscillator, drawn, options.steady);
+    const DrawnSystem one = drawn(k);
+    sim::FrequencyResponseOptions swept = sweep;
+    swept.amplitude_m *= one.amplitude;
+    responses[k] = sim::steady_response(one.driven, swept, options.steady);
     for (auto* way : {&responses[k].response.up, &responses[k].response.down})
-      for (sim::ResponsePoint& point : *way) point.x_m /= length, point.y_m /= length;
+      for (sim::ResponsePoint& point : *way) point.x_m /= one.length, point.y_m /= one.length;
   });
   ResponseDraws draws;
   const std::size_t num_points = sim::sweep_frequencies(sweep).size();
@@ -78,6 +74,23 @@ ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::Freq
     draws.peak_down_m.push_back(response.response.down.empty() ? nan : sim::peak(response.response.down).x_m);
   }
   return draws;
+}
+
+ResponseDraws response_draws(const IdentifiedEquation& equation, const sim::FrequencyResponseOptions& sweep,
+                             const DrawOptions& options) {
+  return response_draws(sweep, options, [&](std::size_t k) {
+    auto driven =
+        equation_oscillator(equation, drawn_coefficients(equation.mean, equation.covariance, options.seed, k));
+    const auto behind_coefficients = static_cast<std::uint64_t>(equation.mean.size());
+    const sim::Noise noise(options.seed, k);
+    const double length = std::exp(equation.displacement_std * noise.normal(behind_coefficients));
+    const double force = std::exp(equation.force_std * noise.normal(behind_coefficients + 1));
+    driven.oscillator.static_friction = options.static_friction * length;
+    const double drive = driven.drive == DriveKind::base ? length : force;
+    return DrawnSystem{.driven = sim::driven_system(std::move(driven.oscillator)),
+                       .length = length,
+                       .amplitude = options.amplitude_measured ? 1.0 : drive};
+  });
 }
 
 }  // namespace ident

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "ident/equation/identified_equation.hpp"
@@ -37,10 +38,18 @@ struct DrawOptions {
   sim::SteadyOptions steady = {};   ///< its poll is called from every thread
 };
 
+/// One draw of what is driven; its lengths, and the amplitude of its drive, over what is stated.
+struct DrawnSystem {
+  sim::DrivenSystem driven;
+  double length = 1.0, amplitude = 1.0;
+};
+/// Draw k is the same for any number of draws and threads, as far as `drawn` is; which is called from every thread.
+[[nodiscard]] ResponseDraws response_draws(const sim::FrequencyResponseOptions& sweep, const DrawOptions& options,
+                                           const std::function<DrawnSystem(std::size_t draw)>& drawn);
+
 /// Calibration that all coefficients share is drawn with them: lengths and forces of the equation, over what
 /// they are. Frequencies of what the sensors measured do not depend on it; its amplitudes do, and frequencies of what
-/// is given as it is: static friction, the amplitude of a drive. Draw k is the same for any number of draws and
-/// threads. Throws as equation_oscillator.
+/// is given as it is: static friction, the amplitude of a drive. Throws as equation_oscillator.
 [[nodiscard]] ResponseDraws response_draws(const IdentifiedEquation& equation,
                                            const sim::FrequencyResponseOptions& sweep, const DrawOptions& options);
 

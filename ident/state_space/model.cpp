@@ -92,9 +92,9 @@ Rates<L>::Rates(const Model& model)
       held_(static_cast<std::size_t>(model.num_states_), 0) {}
 
 template <int L>
-void Rates<L>::evaluate(const std::vector<double>& parameters, bool by_time) {
-  model_.tape_.run<L>(registers_.data(), sides_.data(), by_time);
-  const int size = (model_.num_states_ + (by_time ? 2 : 1)) * L;
+void Rates<L>::evaluate(const std::vector<double>& parameters, Slopes slopes) {
+  model_.tape_.run<L>(registers_.data(), sides_.data(), slopes);
+  const int size = (1 + model_.tape_.count(slopes)) * L;
   std::fill(rates_.begin(), rates_.end(), 0.0);
   for (const Model::Part& part : model_.parts_) {
     const double factor =

@@ -47,7 +47,7 @@ void Stepper::Side<L>::look(double fraction, bool by_time) {
     inputs->at(std::min<Eigen::Index>(first + l, last), place, rates.input(0) + l,
                by_time ? rates.input_rate(0) + l : nullptr, apart);
   }
-  rates.evaluate(*parameters, by_time);
+  rates.evaluate(*parameters, by_time ? Slopes::by_states_and_time : sensitive ? Slopes::by_states : Slopes::none);
 }
 
 template <int L>

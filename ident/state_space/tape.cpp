@@ -201,11 +201,10 @@ std::vector<double> Tape::registers() const {
 }
 
 template <int L>
-void Tape::run(double* registers, const double* sides, bool by_time) const {
+void Tape::run(double* registers, const double* sides, Slopes slopes) const {
   const int size = stride() * L;
   for (const Instruction& i : instructions_) {
-    const Operands<L> on{registers + i.out * size, registers + i.a * size, registers + i.b * size,
-                         num_states_ + (by_time ? 1 : 0)};
+    const Operands<L> on{registers + i.out * size, registers + i.a * size, registers + i.b * size, count(slopes)};
     if (i.code >= Code::side)
       on.switched(sides + i.b * L, i.code == Code::by_side, i.code == Code::side ? -1.0 : i.code == Code::below,
                   i.code == Code::below ? 0.0 : 1.0);
@@ -218,7 +217,7 @@ void Tape::run(double* registers, const double* sides, bool by_time) const {
 
 template std::vector<double> Tape::registers<1>() const;
 template std::vector<double> Tape::registers<side_by_side>() const;
-template void Tape::run<1>(double*, const double*, bool) const;
-template void Tape::run<side_by_side>(double*, const double*, bool) const;
+template void Tape::run<1>(double*, const double*, Slopes) const;
+template void Tape::run<side_by_side>(double*, const double*, Slopes) const;
 
 }  // namespace ident::state_space

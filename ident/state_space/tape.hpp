@@ -11,6 +11,9 @@ namespace ident::state_space {
 /// Points that are computed together: their values lie side by side, so that a processor takes several at once.
 inline constexpr int side_by_side = 8;
 
+/// Which derivatives are computed beside a value.
+enum class Slopes { none, by_states, by_states_and_time };
+
 /// What an instruction does: of one operand, of two, by the side of a switch.
 enum class TapeCode : unsigned char {
   negate,
@@ -57,10 +60,14 @@ class Tape {
   /// Registers ready for `run`: numbers in place, each state with derivative 1 by itself.
   template <int L>
   [[nodiscard]] std::vector<double> registers() const;
-  /// All values and derivatives from the values of the signals. `sides`: switches x L. With `by_time`, the derivatives
-  /// of the inputs by time are given in their registers too.
+  /// All values and these derivatives from the values of the signals. `sides`: switches x L. For those by time, the
+  /// derivatives of the inputs by time are given in their registers too.
   template <int L>
-  void run(double* registers, const double* sides, bool by_time) const;
+  void run(double* registers, const double* sides, Slopes slopes) const;
+  /// How many derivatives that are.
+  [[nodiscard]] int count(Slopes slopes) const {
+    return slopes == Slopes::none ? 0 : num_states_ + (slopes == Slopes::by_states ? 0 : 1);
+  }
 
  private:
   using Code = TapeCode;

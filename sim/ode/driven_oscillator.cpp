@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "dsp/constants.hpp"
 #include "sim/ode/dormand_prince.hpp"
@@ -14,20 +15,6 @@ namespace sim {
 namespace {
 
 using dsp::two_pi;
-
-/// Extends [low, high] by a piece of motion, a cubic between values and slopes at its ends.
-void extend(double& low, double& high, double z0, double dz0, double z1, double dz1, double h) {
-  low = std::min({low, z0, z1}), high = std::max({high, z0, z1});
-  if (!(dz0 * dz1 < 0.0)) return;
-  // z'(u) / h = a u^2 + b u + dz0 h, u from 0 to 1.
-  const double d0 = h * dz0, d1 = h * dz1, rise = z1 - z0;
-  const double a = 3.0 * (d0 + d1 - 2.0 * rise), b = 2.0 * (3.0 * rise - 2.0 * d0 - d1);
-  const double root = std::sqrt(std::max(b * b - 4.0 * a * d0, 0.0));
-  const double u = 2.0 * d0 / (d0 > 0.0 ? -b + root : -b - root);
-  if (!(u > 0.0 && u < 1.0)) return;
-  const double z = z0 + u * (d0 + u * (0.5 * b + u * a / 3.0));
-  low = std::min(low, z), high = std::max(high, z);
-}
 
 class Stepper {
  public:
@@ -119,31 +106,26 @@ class Stepper {
   bool goes_on_ = false;  ///< the next step starts where and how the last one ended
 };
 
-}  // namespace
-
-int starting_mode(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
-                  const OscillatorState& state) {
+/// The mode a state at the crest starts in.
+int starting_mode(const DrivenOscillator& oscillator, double frequency_hz, double amplitude, double q, double v) {
   if (!oscillator.switches) return 1;
-  if (state.v != 0.0) return state.v > 0.0 ? 1 : -1;
-  return Stepper(oscillator, frequency_hz, amplitude).mode_at_rest(0.0, state.q);
+  if (v != 0.0) return v > 0.0 ? 1 : -1;
+  return Stepper(oscillator, frequency_hz, amplitude).mode_at_rest(0.0, q);
 }
 
-DrivenPeriod run_period(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
-                        const OscillatorState& start, int num_steps) {
+}  // namespace
+
+OscillatorPeriod run_period(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
+                            const OscillatorState& start, int num_steps) {
   Stepper stepper(oscillator, frequency_hz, amplitude);
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  DrivenPeriod period{.end = start,
-                      .x_low = infinity,
-                      .x_high = -infinity,
-                      .y_low = infinity,
-                      .y_high = -infinity,
-                      .x_fundamental = {}};
+  OscillatorPeriod period{.end = start, .motion = {}};
+  DrivenMotion& motion = period.motion;
   const double step_s = 1.0 / (frequency_hz * num_steps), tiny_s = 1e-12 * step_s;
   OscillatorState& s = period.end;
   double stuck_s = 0.0;
   for (int i = 0; i < num_steps; ++i) {
     const double begin_s = i * step_s;
-    period.x_fundamental +=
+    motion.x_fundamental +=
         (s.q + oscillator.x_per_drive * stepper.drive(begin_s)[0]) * std::polar(1.0, -two_pi * i / num_steps);
     for (double done_s = 0.0; step_s - done_s > tiny_s;) {
       const OscillatorState before = s;
@@ -153,14 +135,31 @@ DrivenPeriod run_period(const DrivenOscillator& oscillator, double frequency_hz,
       if (before.mode == 0) stuck_s += passed_s;
       const auto after = stepper.drive(begin_s + done_s);
       const double px = oscillator.x_per_drive, py = oscillator.y_per_drive;
-      extend(period.x_low, period.x_high, before.q + px * drive[0], before.v + px * drive[1], s.q + px * after[0],
-             s.v + px * after[1], passed_s);
-      extend(period.y_low, period.y_high, before.q + py * drive[0], before.v + py * drive[1], s.q + py * after[0],
-             s.v + py * after[1], passed_s);
+      motion.x.extend(before.q + px * drive[0], before.v + px * drive[1], s.q + px * after[0], s.v + px * after[1],
+                      passed_s);
+      motion.y.extend(before.q + py * drive[0], before.v + py * drive[1], s.q + py * after[0], s.v + py * after[1],
+                      passed_s);
     }
   }
-  period.stuck_fraction = stuck_s * frequency_hz;
+  motion.stuck_fraction = stuck_s * frequency_hz;
+  motion.locked = motion.stuck_fraction >= 1.0 - 1e-9;
   return period;
+}
+
+DrivenSystem driven_system(DrivenOscillator oscillator) {
+  const auto period = [oscillator = std::move(oscillator)](double frequency_hz, double amplitude,
+                                                           const Eigen::VectorXd& start) {
+    constexpr int num_steps = 40;
+    constexpr double away = 1e6;  // of the drive's amplitude
+    const int mode = starting_mode(oscillator, frequency_hz, amplitude, start[0], start[1]);
+    const auto [end, motion] = run_period(oscillator, frequency_hz, amplitude, {start[0], start[1], mode}, num_steps);
+    const double scale = std::max(motion.x.half(), std::numeric_limits<double>::min());
+    return DrivenPeriod{.motion = motion,
+                        .end = Eigen::Vector2d(end.q, end.v),
+                        .scale = Eigen::Vector2d(scale, scale * two_pi * frequency_hz),
+                        .finite = std::isfinite(end.v) && std::abs(end.q) <= away * amplitude};
+  };
+  return {.num_states = 2, .period = period};
 }
 
 }  // namespace sim

@@ -1,7 +1,8 @@
 #pragma once
 #include <array>
-#include <complex>
 #include <functional>
+
+#include "sim/ode/driven.hpp"
 
 namespace sim {
 
@@ -22,21 +23,18 @@ struct OscillatorState {
 };
 
 /// One period of the drive from a state at its crest.
-struct DrivenPeriod {
+struct OscillatorPeriod {
   OscillatorState end;
-  double x_low = 0.0, x_high = 0.0, y_low = 0.0, y_high = 0.0;
-  std::complex<double> x_fundamental;  ///< times the drive's phase: its argument is x's phase against u
-  double stuck_fraction = 0.0;
+  DrivenMotion motion;
 };
-
-/// The mode a state at the crest starts in.
-[[nodiscard]] int starting_mode(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
-                                const OscillatorState& state);
 
 /// Dormand-Prince 5(4) in num_steps equal steps, so that the end depends smoothly on the start; split where q' changes
 /// sign, where q is caught and let go; each of these located to rounding on the step's polynomial. Values that are no
 /// longer finite are left to the caller to see.
-[[nodiscard]] DrivenPeriod run_period(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
-                                      const OscillatorState& start, int num_steps);
+[[nodiscard]] OscillatorPeriod run_period(const DrivenOscillator& oscillator, double frequency_hz, double amplitude,
+                                          const OscillatorState& start, int num_steps);
+
+/// The same from q and q' alone, in the mode that belongs to them, by 40 steps.
+[[nodiscard]] DrivenSystem driven_system(DrivenOscillator oscillator);
 
 }  // namespace sim

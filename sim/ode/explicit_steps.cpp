@@ -130,6 +130,8 @@ std::unique_ptr<Steps> steps_by(const System& system, const StepOptions& options
       return std::make_unique<ExplicitSteps<Formula, 2>>(system, options);
     case 3:
       return std::make_unique<ExplicitSteps<Formula, 3>>(system, options);
+    case 4:
+      return std::make_unique<ExplicitSteps<Formula, 4>>(system, options);
     default:
       return std::make_unique<ExplicitSteps<Formula, Eigen::Dynamic>>(system, options);
   }

@@ -3,45 +3,58 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "dsp/constants.hpp"
+#include "dsp/linear.hpp"
 
 namespace sim {
 namespace {
 
 using dsp::nan;
-using dsp::two_pi;
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 /// One frequency: its answer and the state it ends in, at the crest of the drive.
 struct Settled {
   ResponsePoint point;
-  OscillatorState state;
+  VectorXd state;
   bool periodic = true, finite = true;
 };
 
-/// One oscillator at one frequency and amplitude.
+/// Whether all powers of a matrix stay small: its eigenvalues are inside the unit circle, to one part in 1e9.
+bool is_contracting(MatrixXd map) {
+  for (int doublings = 0; doublings < 30; ++doublings) {
+    const double size = map.norm();
+    if (size < 1.0) return true;
+    if (!(size < 1e9)) return false;  // NaN, too
+    map = MatrixXd(map * map);
+  }
+  return false;
+}
+
+/// What is driven at one frequency and amplitude.
 class Shooting {
  public:
-  Shooting(const DrivenOscillator& oscillator, double frequency_hz, double amplitude, const SteadyOptions& options)
-      : oscillator_(oscillator), frequency_hz_(frequency_hz), amplitude_(amplitude), options_(options) {}
+  Shooting(const DrivenSystem& driven, double frequency_hz, double amplitude, const SteadyOptions& options)
+      : driven_(driven), frequency_hz_(frequency_hz), amplitude_(amplitude), options_(options) {}
 
-  [[nodiscard]] Settled settle(OscillatorState state) const {
-    state.mode = starting_mode(oscillator_, frequency_hz_, amplitude_, state);
+  [[nodiscard]] Settled settle(VectorXd state) const {
     DrivenPeriod period;
     for (int done = 0, batch = options_.num_natural_periods; done < options_.max_periods; done += batch, batch *= 2) {
-      OscillatorState before = state;
+      VectorXd before;
       for (int i = 0; i < batch; ++i) {
-        before = state;
-        period = run(state);
+        before = std::exchange(state, {});
+        period = run(before);
         state = period.end;
-        if (!std::isfinite(state.q) || !std::isfinite(state.v) || std::abs(state.q) > 1e6 * amplitude_)
-          return {.point = point(period), .state = state, .periodic = false, .finite = false};
+        if (!period.finite) return {.point = point(period), .state = state, .periodic = false, .finite = false};
       }
-      if (distance(before, state, period) <= options_.tolerance) return {.point = point(period), .state = state};
-      if (const auto found = periodic_near(state, period)) {
+      if (period.motion.locked || (state - before).cwiseQuotient(period.scale).norm() <= options_.tolerance)
+        return {.point = point(period), .state = state};
+      if (const auto found = periodic_near(state, period.scale)) {
         period = run(*found);
         return {.point = point(period), .state = period.end};
       }
@@ -50,72 +63,49 @@ class Shooting {
   }
 
  private:
-  [[nodiscard]] DrivenPeriod run(const OscillatorState& state) const {
+  [[nodiscard]] DrivenPeriod run(const VectorXd& state) const {
     if (options_.poll) options_.poll();
-    return run_period(oscillator_, frequency_hz_, amplitude_, state, options_.steps_per_period);
-  }
-  /// A state with the mode that belongs to it.
-  [[nodiscard]] OscillatorState state_at(const Eigen::Vector2d& z, double scale) const {
-    OscillatorState state{z[0] * scale, z[1] * scale * two_pi * frequency_hz_, 0};
-    state.mode = starting_mode(oscillator_, frequency_hz_, amplitude_, state);
-    return state;
-  }
-  [[nodiscard]] Eigen::Vector2d scaled(const OscillatorState& s, double scale) const {
-    return {s.q / scale, s.v / (scale * two_pi * frequency_hz_)};
-  }
-  [[nodiscard]] static double scale_of(const DrivenPeriod& period) {
-    return std::max(0.5 * (period.x_high - period.x_low), std::numeric_limits<double>::min());
-  }
-  [[nodiscard]] double distance(const OscillatorState& a, const OscillatorState& b, const DrivenPeriod& period) const {
-    if (period.stuck_fraction >= 1.0) return 0.0;
-    const double scale = scale_of(period);
-    return (scaled(a, scale) - scaled(b, scale)).norm();
+    return driven_.period(frequency_hz_, amplitude_, state);
   }
 
   /// The stable periodic motion that Newton's method reaches from a state without leaving its neighbourhood.
-  [[nodiscard]] std::optional<OscillatorState> periodic_near(const OscillatorState& from,
-                                                             const DrivenPeriod& period) const {
+  [[nodiscard]] std::optional<VectorXd> periodic_near(const VectorXd& from, const VectorXd& scale) const {
     constexpr double step = 1e-6;
     constexpr int max_iterations = 6;
-    const double scale = scale_of(period);
-    const Eigen::Vector2d start = scaled(from, scale);
-    Eigen::Vector2d z = start;
+    const auto mapped = [&](const VectorXd& z) -> VectorXd {
+      return run(z.cwiseProduct(scale)).end.cwiseQuotient(scale);
+    };
+    const VectorXd start = from.cwiseQuotient(scale);
+    const Eigen::Index n = start.size();
+    VectorXd z = start;
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       // The orbit itself rests where it rests: only a state off its neighbours says how it answers.
-      const Eigen::Vector2d after = scaled(run(state_at(z, scale)).end, scale);
-      Eigen::Matrix2d map;
-      for (int k = 0; k < 2; ++k) {
-        Eigen::Vector2d moved = z;
+      const VectorXd after = mapped(z), gap = after - z;
+      MatrixXd map(n, n);
+      for (Eigen::Index k = 0; k < n; ++k) {
+        VectorXd moved = z;
         moved[k] += step;
-        map.col(k) = (scaled(run(state_at(moved, scale)).end, scale) - after) / step;
+        map.col(k) = (mapped(moved) - after) / step;
       }
-      const Eigen::Matrix2d a = Eigen::Matrix2d::Identity() - map;
-      const double determinant = a(0, 0) * a(1, 1) - a(0, 1) * a(1, 0);
-      // Both multipliers of the period map inside the unit circle (Jury).
-      const double trace = map.trace(), product = map(0, 0) * map(1, 1) - map(0, 1) * map(1, 0);
-      const bool stable = std::abs(product) < 1.0 && std::abs(trace) < 1.0 + product;
-      const Eigen::Vector2d gap = after - z;
-      if (!stable || !(std::abs(determinant) > 1e-9)) return std::nullopt;
-      const Eigen::Vector2d newton((a(1, 1) * gap[0] - a(0, 1) * gap[1]) / determinant,
-                                   (-a(1, 0) * gap[0] + a(0, 0) * gap[1]) / determinant);
-      if (gap.norm() <= options_.tolerance) return state_at(z, scale);
-      z += newton;
+      if (!is_contracting(map)) return std::nullopt;
+      if (gap.norm() <= options_.tolerance) return z.cwiseProduct(scale);
+      z += dsp::least_squares(MatrixXd::Identity(n, n) - map, gap);
       if (!((z - start).norm() <= options_.nearness)) return std::nullopt;
     }
     return std::nullopt;
   }
 
   [[nodiscard]] ResponsePoint point(const DrivenPeriod& period) const {
-    const bool locked = period.stuck_fraction >= 1.0 - 1e-9;
+    const DrivenMotion& motion = period.motion;
     return {.frequency_hz = frequency_hz_,
-            .x_m = locked ? 0.0 : 0.5 * (period.x_high - period.x_low),
-            .y_m = 0.5 * (period.y_high - period.y_low),
-            .phase_rad = locked ? nan : std::arg(period.x_fundamental),
-            .stuck_fraction = std::min(period.stuck_fraction, 1.0),
-            .locked = locked};
+            .x_m = motion.locked ? 0.0 : motion.x.half(),
+            .y_m = motion.y.half(),
+            .phase_rad = motion.locked ? nan : std::arg(motion.x_fundamental),
+            .stuck_fraction = std::min(motion.stuck_fraction, 1.0),
+            .locked = motion.locked};
   }
 
-  const DrivenOscillator& oscillator_;
+  const DrivenSystem& driven_;
   double frequency_hz_, amplitude_;
   const SteadyOptions& options_;
 };
@@ -123,17 +113,17 @@ class Shooting {
 /// A sweep with the states its points ended in.
 struct Sweep {
   std::vector<ResponsePoint> points;
-  std::vector<OscillatorState> states;
+  std::vector<VectorXd> states;
   int num_unsettled = 0;
   double diverged_hz = nan;
 };
 
-Sweep sweep(const DrivenOscillator& oscillator, const std::vector<double>& frequencies_hz, double amplitude,
+Sweep sweep(const DrivenSystem& driven, const std::vector<double>& frequencies_hz, double amplitude,
             const SteadyOptions& options) {
   Sweep result;
-  OscillatorState state;
+  VectorXd state = VectorXd::Zero(driven.num_states);
   for (const double f : frequencies_hz) {
-    const Settled settled = Shooting(oscillator, f, amplitude, options).settle(state);
+    const Settled settled = Shooting(driven, f, amplitude, options).settle(state);
     if (!settled.finite) {
       result.diverged_hz = f;
       break;
@@ -152,16 +142,16 @@ struct Located {
 };
 
 /// The first change of a kind. What changes steeply but without a jump between two points is none.
-Located locate(const DrivenOscillator& oscillator, const Sweep& swept, SweepChange wanted, double amplitude,
-               double jump_factor, const SteadyOptions& options) {
+Located locate(const DrivenSystem& driven, const Sweep& swept, SweepChange wanted, double amplitude, double jump_factor,
+               const SteadyOptions& options) {
   for (std::size_t k = 1; k < swept.points.size(); ++k) {
     const ResponsePoint& before = swept.points[k - 1];
     if (change_between(before, swept.points[k], jump_factor) != wanted) continue;
     ResponsePoint here = before, beyond = swept.points[k];
-    OscillatorState state = swept.states[k - 1];
+    VectorXd state = swept.states[k - 1];
     while (std::abs(beyond.frequency_hz - here.frequency_hz) > options.locate_hz) {
       const double middle_hz = 0.5 * (here.frequency_hz + beyond.frequency_hz);
-      const Settled settled = Shooting(oscillator, middle_hz, amplitude, options).settle(state);
+      const Settled settled = Shooting(driven, middle_hz, amplitude, options).settle(state);
       const bool passed = before.locked != swept.points[k].locked
                               ? settled.point.locked == swept.points[k].locked
                               : change_between(before, settled.point, jump_factor) != SweepChange::none;
@@ -180,20 +170,20 @@ Located locate(const DrivenOscillator& oscillator, const Sweep& swept, SweepChan
 
 }  // namespace
 
-SteadyResponse steady_response(const DrivenOscillator& oscillator, const FrequencyResponseOptions& options,
+SteadyResponse steady_response(const DrivenSystem& driven, const FrequencyResponseOptions& options,
                                const SteadyOptions& steady) {
   std::vector<double> frequencies_hz = sweep_frequencies(options);
   const double amplitude = options.amplitude_m, factor = options.jump_factor;
-  const Sweep up = sweep(oscillator, frequencies_hz, amplitude, steady);
+  const Sweep up = sweep(driven, frequencies_hz, amplitude, steady);
   std::reverse(frequencies_hz.begin(), frequencies_hz.end());
-  const Sweep down = sweep(oscillator, frequencies_hz, amplitude, steady);
+  const Sweep down = sweep(driven, frequencies_hz, amplitude, steady);
   SteadyResponse result{.response = {up.points, down.points, find_jumps(up.points, down.points, factor)},
                         .located = {nan, nan, nan, nan, nan, nan},
                         .num_unsettled = up.num_unsettled + down.num_unsettled,
                         .diverged_hz = std::isnan(up.diverged_hz) ? down.diverged_hz : up.diverged_hz};
   if (!(steady.locate_hz > 0.0)) return result;
   const auto find = [&](const Sweep& swept, SweepChange wanted, double ResponseJumps::*which) {
-    const Located located = locate(oscillator, swept, wanted, amplitude, factor, steady);
+    const Located located = locate(driven, swept, wanted, amplitude, factor, steady);
     result.response.jumps.*which = located.point_hz;
     result.located.*which = located.exact_hz;
   };

@@ -7,7 +7,6 @@
 namespace sim {
 
 struct SteadyOptions {
-  int steps_per_period = 40;
   int num_natural_periods = 6;  ///< integrated before the periodic motion is looked for: the way is found by dynamics
   int max_periods = 3000;       ///< of one frequency, after which it counts as unsettled
   double tolerance = 1e-8;      ///< change of state over a period, as a fraction of the amplitude
@@ -16,7 +15,7 @@ struct SteadyOptions {
   std::function<void()> poll = {};  ///< called for every period computed; may throw to stop
 };
 
-/// The frequency response of an oscillator whose steady motion is periodic.
+/// The frequency response of what is driven, where its steady motion is periodic.
 struct SteadyResponse {
   FrequencyResponse response;
   ResponseJumps located;     ///< the jumps of `response` between two of its frequencies, to locate_hz
@@ -28,7 +27,12 @@ struct SteadyResponse {
 /// brought to the stable periodic motion nearby by Newton's method on the state one period later (shooting).
 /// `options`: its dwell, transition and measured fraction play no part; its amplitude is that of the drive.
 /// Throws std::invalid_argument as sweep_frequencies.
-[[nodiscard]] SteadyResponse steady_response(const DrivenOscillator& oscillator,
-                                             const FrequencyResponseOptions& options, const SteadyOptions& steady = {});
+[[nodiscard]] SteadyResponse steady_response(const DrivenSystem& driven, const FrequencyResponseOptions& options,
+                                             const SteadyOptions& steady = {});
+[[nodiscard]] inline SteadyResponse steady_response(const DrivenOscillator& oscillator,
+                                                    const FrequencyResponseOptions& options,
+                                                    const SteadyOptions& steady = {}) {
+  return steady_response(driven_system(oscillator), options, steady);
+}
 
 }  // namespace sim

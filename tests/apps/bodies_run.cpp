@@ -70,9 +70,28 @@ TEST_CASE("a table with x1, x2 and f gives one equation a body, modes and a verd
     CHECK_THAT(support::bytes_of(folder / "forced/predict.csv"), Catch::StartsWith("t,x1_predicted,x2_predicted\n"));
   }
   SECTION("commands for one body refuse it in a line") {
-    for (const char* command : {"frc run -o frc", "compare run run", "merge run"})
+    for (const char* command : {"compare run run", "merge run"})
       CHECK_THAT(ends(folder, std::string("$ARDENT -q ") + command, 3), Catch::Contains("several bodies"));
     CHECK_THAT(ends(folder, "$ARDENT -q prep chain/response.csv -o prep", 3), Catch::Contains("several bodies"));
+  }
+  SECTION("the response to a sine is that of a chosen body to the input") {
+    const std::string about = " --draws 4 --set amplitude=0.01 --set from_hz=0.9 --set to_hz=1.1 --set step_hz=0.02";
+    (void)ends(folder, "$ARDENT -q frc run --body 2 --input f -o frc" + about, 0);
+    const json response = document(folder, "frc/frc.json");
+    CHECK(response["equation"]["of"] == "x2");
+    CHECK(response["drive"] == "f");
+    // So small a force leaves the chain linear: peaks stand at the first mode, one body over the other as its shape.
+    const json peak = response["frequency_response"]["up"]["peak"];
+    CHECK(peak["f_hz"].get<double>() == Approx(result["modes"][0]["frequency_hz"].get<double>()).margin(0.01));
+    CHECK(peak["std_m"].get<double>() > 0.0);
+    (void)ends(folder, "$ARDENT -q frc run -o first" + about, 0);
+    const json first = document(folder, "first/frc.json")["frequency_response"]["up"]["peak"];
+    CHECK(first["amplitude_m"].get<double>() / peak["amplitude_m"].get<double>() ==
+          Approx(result["modes"][0]["shape"][0].get<double>()).epsilon(0.01));
+    CHECK_THAT(ends(folder, "$ARDENT -q frc run --body 3 -o none" + about, 2), Catch::Contains("bodies 1 to 2"));
+    CHECK_THAT(ends(folder, "$ARDENT -q frc run --input r -o none" + about, 2), Catch::Contains("there is f"));
+    CHECK_THAT(ends(folder, "$ARDENT -q frc run -o none", 2), Catch::Contains("--set amplitude=..."));
+    CHECK_THAT(ends(folder, "$ARDENT -q frc run -o none --range mixed" + about, 2), Catch::Contains("--range"));
   }
   SECTION("settings that are for one body are refused") {
     (void)folder.file("two.toml",

@@ -16,7 +16,7 @@ constexpr std::array names{"manifest.json", "equation.json", "metrics.json", "pr
 void read_response(const std::filesystem::path& run) {
   (void)apps::read_final_steps(run);
   const auto equation = apps::read_equation(run, "", "");
-  (void)ident::drawn_coefficients(equation, 1, 0);
+  (void)ident::drawn_coefficients(equation.mean, equation.covariance, 1, 0);
   const auto driven = ident::equation_oscillator(equation, equation.mean);
   (void)sim::run_period(driven.oscillator, 2.0, 0.01, {}, 64);
 }

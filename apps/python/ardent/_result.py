@@ -261,16 +261,17 @@ class Result(_Folder):
                            force=force, num_threads=num_threads, set=set)
             return Prediction(place.folder, place.kept, said.text)
 
-    def frc(self, folder: Optional[Path] = None, *, range: str = "", method: str = "", draws: int = 40,
-            static_friction: Optional[float] = None, set: "Optional[dict[str, object]]" = None, seed: int = 1,
+    def frc(self, folder: Optional[Path] = None, *, range: str = "", method: str = "", body: int = 0, input: str = "",
+            draws: int = 40, static_friction: Optional[float] = None, set: "Optional[dict[str, object]]" = None, seed: int = 1,
             force: bool = False, num_threads: int = 0) -> Response:
-        """`ardent frc`: frequency response, up and down. `set`: from_hz, to_hz, step_hz, amplitude_mm (amplitude of a
+        """`ardent frc`: frequency response, up and down; of several bodies that of one to one input. `set`: from_hz, to_hz, step_hz, amplitude_mm (amplitude of a
         force)."""
         from ._identify import Place
 
         options = [f"--draws={draws}", f"--seed={seed}"]
         options += [f"--{name}={value}" for name, value in
-                    (("range", range), ("method", method), ("static-friction", static_friction))
+                    (("range", range), ("method", method), ("body", body or None), ("input", input),
+                     ("static-friction", static_friction))
                     if value not in ("", None)]
         with Place(folder, "frc") as place:
             said = command("frc", self.folder, options=options, folder=place.folder, force=force,

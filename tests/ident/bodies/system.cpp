@@ -4,9 +4,9 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <limits>
-#include <map>
 #include <utility>
 
+#include "ident/bodies/true_model.hpp"
 #include "sim/chain.hpp"
 #include "sim/ode/friction.hpp"
 #include "sim/simulate.hpp"
@@ -14,23 +14,6 @@
 namespace test_bodies_system {
 
 namespace {
-
-/// The equations that a chain obeys.
-ident::BodiesModel true_model(const sim::Experiment& experiment, const sim::Chain& chain) {
-  ident::BodiesModel model;
-  model.layout = {static_cast<int>(chain.masses.size()),
-                  chain.base_driven ? ident::Frame::absolute : ident::Frame::ground,
-                  chain.base_driven ? std::vector<std::string>{"r", "dr"} : std::vector<std::string>{"f"}};
-  std::map<std::pair<int, std::string>, double> sums;
-  for (const sim::TrueTerm& term : experiment.truth)
-    if (term.target.front() == 'a') sums[{term.row / 2, term.name}] += term.value;
-  model.mean.resize(std::ssize(sums));
-  for (const auto& [term, value] : sums) {
-    model.mean(std::ssize(model.terms)) = value;
-    model.terms.push_back({term.first, term.second});
-  }
-  return model;
-}
 
 /// How many switches were ever held at once.
 std::ptrdiff_t most_held(const sim::Simulation& run, int num_switches) {
@@ -54,7 +37,7 @@ TEST_CASE("equations of bodies move as the chain that they are those of, also wh
   const sim::SimulateOptions options{.duration_s = 20.0, .sample_rate_hz = 100.0, .max_step_s = 0.01};
   const sim::Simulation truth = sim::simulate(experiment.system, experiment.initial, options);
   const sim::System system =
-      ident::system_of(true_model(experiment, chain), [&](double t, double* values, double* rates) {
+      ident::system_of(support::true_model(experiment, chain), [&](double t, double* values, double* rates) {
         values[0] = drive.value(t), rates[0] = drive.rate(t);
         if (base_driven) values[1] = drive.rate(t), rates[1] = drive.acceleration(t);
       });

@@ -13,8 +13,10 @@ TEST_CASE("draws of the coefficients have the covariance they are drawn from", "
   constexpr int count = 4000;
   Eigen::Matrix3d found = Eigen::Matrix3d::Zero();
   for (int k = 0; k < count; ++k) {
-    const Eigen::Vector3d z = (ident::drawn_coefficients(equation, 7, static_cast<std::uint64_t>(k)) - equation.mean)
-                                  .cwiseQuotient(deviation);
+    const Eigen::Vector3d z =
+        (ident::drawn_coefficients(equation.mean, equation.covariance, 7, static_cast<std::uint64_t>(k)) -
+         equation.mean)
+            .cwiseQuotient(deviation);
     found += z * z.transpose() / count;
   }
   CHECK((found - correlation).cwiseAbs().maxCoeff() < 4.0 * std::sqrt(2.0 / count));  // four standard errors

@@ -6,6 +6,7 @@
 #include "ident/library/expression_parser.hpp"
 
 using ident::state_space::side_by_side;
+using ident::state_space::Slopes;
 using ident::state_space::Tape;
 
 namespace {
@@ -27,7 +28,7 @@ std::vector<double> at(const std::string& text, double x, double v, double f, do
     registers[0] = x, registers[static_cast<std::size_t>(stride)] = v;
     registers[static_cast<std::size_t>(2 * stride)] = f, registers[static_cast<std::size_t>(2 * stride + 3)] = 0.7;
     registers[static_cast<std::size_t>(3 * stride)] = t, registers[static_cast<std::size_t>(3 * stride + 3)] = 1.0;
-    tape.run<1>(registers.data(), sides.data(), true);
+    tape.run<1>(registers.data(), sides.data(), Slopes::by_states_and_time);
   };
   run();
   for (std::size_t i = 0; i < sides.size(); ++i)
@@ -63,10 +64,10 @@ TEST_CASE("points side by side have the bits of points one by one", "[ident][sta
   for (int s = 0; s < 4; ++s)
     for (int l = 0; l < side_by_side; ++l)
       many[static_cast<std::size_t>(s * tape.stride() * side_by_side + l)] = value(s, l);
-  tape.run<side_by_side>(many.data(), sides.data(), false);
+  tape.run<side_by_side>(many.data(), sides.data(), Slopes::by_states);
   for (int l = 0; l < side_by_side; ++l) {
     for (int s = 0; s < 4; ++s) one[static_cast<std::size_t>(s * tape.stride())] = value(s, l);
-    tape.run<1>(one.data(), sides.data(), false);
+    tape.run<1>(one.data(), sides.data(), Slopes::by_states);
     for (int i = 0; i < 2; ++i)
       for (int d = 0; d < 3; ++d)
         CHECK(many[static_cast<std::size_t>((tape.result(i) * tape.stride() + d) * side_by_side + l)] ==
