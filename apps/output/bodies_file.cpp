@@ -137,12 +137,13 @@ Json parts_json(const ident::BodiesResult& result, const ident::BodiesRecord& re
   return parts;
 }
 
-/// Of an input that is one, by one term, which is what z is behind, with a positive coefficient.
+/// Of x or an input that is one, by one term, which is what z is behind, with a positive coefficient.
 bool is_lag(const ident::BodiesLayout& layout, const std::vector<ident::BodyTerm>& terms,
             const std::vector<double>& mean) {
   const auto of_z = std::count_if(terms.begin(), terms.end(), [&](const auto& term) { return term.body > 1; });
   return of_z == 1 && terms.back() == ident::behind_input(layout) && mean.back() > 0.0 &&
-         std::find(layout.inputs.begin(), layout.inputs.end(), layout.lagging) != layout.inputs.end();
+         (layout.sensor_lags() ||
+          std::find(layout.inputs.begin(), layout.inputs.end(), layout.lagging) != layout.inputs.end());
 }
 
 [[noreturn]] void refuse_file(const std::filesystem::path& file) {

@@ -33,7 +33,9 @@ ScreenEntry equations_entry(const ident::BodiesResult& result, const ident::Bodi
     entry.lines.push_back({displayed_equation(model, ident::Notation::text)});
   if (result.model.layout.inner == ident::Inner::lag)
     entry.lines.push_back(
-        {fmt::format("z is {} as it arrives; nothing records it.", printable(result.model.layout.lagging, 60))});
+        {result.model.layout.sensor_lags()
+             ? "z is x as its sensor shows it, late; nothing records x itself."
+             : fmt::format("z is {} as it arrives; nothing records it.", printable(result.model.layout.lagging, 60))});
   const bool imposed = result.model.layout.imposed;
   if (result.model.layout.inner == ident::Inner::hysteresis)
     entry.lines.push_back(
@@ -56,7 +58,9 @@ std::string lag_text(const ident::BodiesResult& result) {
   if (result.model.layout.inner == ident::Inner::none)
     return std::isnan(result.gain_of_inner) ? "Lag: none. With a lag, which was sought, no fit was found."
                                             : "Lag: none. One was sought, and the samples do not ask for it.";
-  return fmt::format("Lag: {} arrives {} s late (first order){}.", printable(result.model.layout.lagging, 60),
+  return fmt::format("Lag: {} {} s late (first order){}.",
+                     result.model.layout.sensor_lags() ? "the sensor shows x"
+                                                       : printable(result.model.layout.lagging, 60) + " arrives",
                      with_uncertainty(result.lag_s, result.lag_std_s),
                      std::isfinite(result.gain_of_inner)
                          ? fmt::format("; with it -2 log likelihood of the samples is lower by {:.0f} than without, "
@@ -213,11 +217,12 @@ ScreenEntry inputs_entry(const ident::BodiesResult& result, const ident::BodiesR
 }
 
 std::string of_equation(const ident::BodiesLayout& layout, int equation) {
-  return equation > layout.num_bodies
-             ? (layout.inner == ident::Inner::lag ? "the input as it arrives, z" : "the force z")
-         : layout.imposed         ? "the force"
-         : layout.num_bodies == 1 ? "the motion"
-                                  : fmt::format("body {}", equation);
+  return equation > layout.num_bodies ? (layout.sensor_lags()                ? "x as its sensor shows it, z"
+                                         : layout.inner == ident::Inner::lag ? "the input as it arrives, z"
+                                                                             : "the force z")
+         : layout.imposed             ? "the force"
+         : layout.num_bodies == 1     ? "the motion"
+                                      : fmt::format("body {}", equation);
 }
 
 void write_equations(const ident::BodiesResult& result, const std::vector<ident::Model>& models, HtmlWriter& html) {

@@ -76,6 +76,27 @@ VectorXd lagged(const VectorXd& input, double sample_rate_hz, double lag_s) {
   return z;
 }
 
+/// Of each record, where an input lags z; where the sensor of x does, x and v as they are from what it shows, and that.
+std::vector<Eigen::MatrixXd> first_states(const Choice& choice, const InnerStart& start) {
+  const state_space::Problem& problem = choice.statement.problem;
+  const double rate_hz = problem.sample_rate_hz;
+  const std::vector<std::string>& inputs = choice.layout.inputs;
+  const Index of_lagging = std::find(inputs.begin(), inputs.end(), start.lagging) - inputs.begin();
+  std::vector<Eigen::MatrixXd> states;
+  for (const state_space::Record& record : problem.records) {
+    if (!choice.layout.sensor_lags()) {
+      states.emplace_back(lagged(record.inputs.col(of_lagging), rate_hz, start.lag_s));
+      continue;
+    }
+    const VectorXd shown = state_space::filled(record.channels.col(0));
+    const double to_hz = state_space::cutoff_hz(shown, rate_hz, state_space::noise_floors(problem).front());
+    const auto rate_of = [&](int order) { return derived(shown, rate_hz, order, to_hz); };
+    states.emplace_back(shown.size(), 3);
+    states.back() << rate_of(0) + start.lag_s * rate_of(1), rate_of(1) + start.lag_s * rate_of(2), rate_of(0);
+  }
+  return states;
+}
+
 Choice choose(const BodiesRecord& given, Frame frame, const InnerStart& start, const BodiesOptions& options,
               const std::vector<dsp::IndexRange>& train) {
   Choice choice{.record = in_frame(given, frame)};
@@ -97,12 +118,7 @@ Choice choose(const BodiesRecord& given, Frame frame, const InnerStart& start, c
                       "out, or record longer",
                       given.parts[part].name, train[part].last - train[part].first));
   state_space::SelectOptions search{.fit = {.num_threads = options.num_threads}};
-  const Index of_lagging =
-      std::find(choice.layout.inputs.begin(), choice.layout.inputs.end(), start.lagging) - choice.layout.inputs.begin();
-  for (const state_space::Record& record : choice.statement.problem.records)
-    if (start.inner == Inner::lag)
-      search.fit.last_state.push_back(
-          lagged(record.inputs.col(of_lagging), choice.statement.problem.sample_rate_hz, start.lag_s));
+  if (start.inner == Inner::lag) search.fit.last_states = first_states(choice, start);
   for (const std::vector<int>& first : first_terms(choice.layout, choice.candidates)) {
     search.fit.terms = first;
     choice.selection = state_space::select(choice.statement.problem, search);
@@ -152,7 +168,8 @@ void require_input_that_may_lag(const BodiesRecord& record, const BodiesOptions&
                     record.name));
 }
 
-/// Lags of each such input: a period of the motion over 2 pi, a third of it and three times as long.
+/// Lags of each such input, and of the sensor of x: a period of the motion over 2 pi, a third of it and three times as
+/// long.
 std::vector<InnerStart> lags_of(const Choice& without, const BodyLibrary& library) {
   const state_space::Problem& problem = without.statement.problem;
   const Eigen::MatrixXd& channels =
@@ -169,6 +186,7 @@ std::vector<InnerStart> lags_of(const Choice& without, const BodyLibrary& librar
   std::vector<InnerStart> starts;
   for (const std::string& input : inputs_that_may_lag(without.layout, library))
     for (const double part : parts) starts.push_back({Inner::lag, input, part / rad_s});
+  for (const double part : parts) starts.push_back({Inner::lag, without.layout.named('x', 1), part / rad_s});
   return starts;
 }
 

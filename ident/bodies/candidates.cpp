@@ -39,7 +39,7 @@ std::string BodiesLayout::target_unit(int equation, const std::string& length) c
   if (imposed) return equation <= num_bodies ? force_unit : force_unit + "/s";
   if (equation <= num_bodies) return length + "/s^2";
   if (inner == Inner::hysteresis || lagging == "ddr") return length + "/s^3";
-  return lagging == "f" ? "N/s" : "";
+  return lagging == "f" ? "N/s" : sensor_lags() ? length + "/s" : "";
 }
 std::string BodiesLayout::position(int body) const {
   return frame == Frame::absolute ? "(" + named('x', body) + " - r)" : named('x', body);
@@ -85,7 +85,8 @@ std::vector<BodyTerm> candidates_of(const BodiesLayout& layout, const BodyLibrar
       for (const std::string& input : layout.inputs)
         if (!layout.imposed && !is_motion_of_base(input, layout.frame)) add(input == layout.lagging ? "z" : input);
     }
-    for (const std::string& term : library.terms) add(!layout.lagging.empty() && term == layout.lagging ? "z" : term);
+    for (const std::string& term : library.terms)
+      add(!layout.lagging.empty() && !layout.sensor_lags() && term == layout.lagging ? "z" : term);
   }
   if (layout.inner == Inner::lag) candidates.push_back(behind_input(layout));
   if (layout.inner != Inner::hysteresis) return candidates;

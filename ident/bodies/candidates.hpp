@@ -18,7 +18,8 @@ enum class Inner {
   none,
   hysteresis,  ///< of one body: a force per mass z with a memory; it stands in the equation as -z, which fixes its
                ///< scale. Of the force on an imposed motion: a part z of it
-  lag          ///< of one body: z follows an input, z' = (input - z) / lag, and acts in its place
+  lag          ///< of one body: z follows an input, z' = (input - z) / lag, and acts in its place; or it follows x, and
+               ///< is what the displacement's sensor shows
 };
 
 /// Displacements x1 ... xn in a row, body i beside i - 1 and i + 1, and what acts on them from outside. One body alone
@@ -28,11 +29,14 @@ struct BodiesLayout {
   Frame frame = Frame::ground;
   std::vector<std::string> inputs = {};  ///< "f", "r", "dr", "ddr", by any other name too
   Inner inner = Inner::none;
-  std::string lagging = {};      ///< the input that z follows
+  std::string lagging = {};      ///< the input that z follows, or x
   bool imposed = false;          ///< the motion, as by a testing machine
   std::string force_unit = "N";  ///< of f where it is
   /// x and v of each body, or the impulse of f, whose rate it is; then z.
   [[nodiscard]] int num_states() const { return (imposed ? 1 : 2 * num_bodies) + (inner == Inner::none ? 0 : 1); }
+  [[nodiscard]] bool sensor_lags() const { return inner == Inner::lag && lagging == named('x', 1); }
+  /// The state that a channel of a body's displacement records.
+  [[nodiscard]] int shown_state(int body) const { return sensor_lags() ? 2 * num_bodies : 2 * (body - 1); }
   /// What a run of the equations is compared in: "x1", of an imposed motion "f".
   [[nodiscard]] std::string response(int body) const { return imposed ? "f" : named('x', body); }
   /// "x1", "v1" of a body, and what its equation is for, "a1"; of the equation behind that of the last body "dz".

@@ -77,6 +77,7 @@ VectorXd rates_along(const BodiesModel& model, int state, const MatrixXd& states
 MatrixXd responses_of(const BodiesModel& model, const MatrixXd& states, const MatrixXd& inputs, double sample_rate_hz,
                       double begin_s) {
   if (model.layout.imposed) return rates_along(model, 0, states, inputs, sample_rate_hz, begin_s);
+  if (model.layout.sensor_lags()) return states.col(model.layout.shown_state(1));
   return states(Eigen::all, Eigen::seqN(0, model.layout.num_bodies, 2));
 }
 

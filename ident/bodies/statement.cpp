@@ -26,11 +26,12 @@ std::vector<Piece> pieces_in(const BodiesRecord& record, const std::vector<dsp::
   return pieces;
 }
 
-state_space::Channel channel_of(const dsp::Channel& recorded, bool is_measure, bool imposed) {
-  if (imposed) return {.name = recorded.name, .state = 0, .rate = true};
+state_space::Channel channel_of(const dsp::Channel& recorded, bool is_measure, const BodiesLayout& layout) {
+  if (layout.imposed) return {.name = recorded.name, .state = 0, .rate = true};
   const int order = dsp::info_of(recorded.role).order;
-  state_space::Channel channel{
-      .name = recorded.name, .state = 2 * recorded.body - (order == 0 ? 2 : 1), .rate = order == 2};
+  state_space::Channel channel{.name = recorded.name,
+                               .state = order == 0 ? layout.shown_state(recorded.body) : 2 * recorded.body - 1,
+                               .rate = order == 2};
   channel.lag_s = {recorded.delay_s, 0.0};
   if (order > 0) channel.offset = {0.0, state_space::unknown};
   if (!is_measure) channel.gain = {1.0, recorded.sensitivity_uncertainty};
@@ -68,7 +69,7 @@ BodiesStatement statement_of(const BodiesRecord& record, const BodiesLayout& lay
   problem.sample_rate_hz = record.sample_rate_hz;
   problem.input_noise_std = record.input_noise_std;
   for (size_t j = 0; j < record.channels.size(); ++j)
-    problem.channels.push_back(channel_of(record.channels[j], std::cmp_less(j, record.num_bodies), record.imposed));
+    problem.channels.push_back(channel_of(record.channels[j], std::cmp_less(j, record.num_bodies), layout));
   const std::vector<Piece> pieces = pieces_in(record, over);
   const std::vector<Piece> fewer = shortened(pieces, most_samples);
   take_pieces(problem, record, fewer);

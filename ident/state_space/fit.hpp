@@ -8,9 +8,9 @@ namespace ident::state_space {
 struct FitOptions {
   std::vector<double> coefficients = {};  ///< to begin with, as Layout has them; empty: zero, which does as well
   std::vector<int> terms = {};            ///< coefficients to be sought, the others held at zero; empty: all
-  /// Values to begin with of the last state of the equations, which no channel gives, a row of each record; empty:
-  /// zero.
-  std::vector<Eigen::VectorXd> last_state = {};
+  /// States to begin with that channels do not give: the last columns of those of the equations, for each record;
+  /// empty: zero.
+  std::vector<Eigen::MatrixXd> last_states = {};
   int num_threads = 1;
 };
 

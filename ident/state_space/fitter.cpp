@@ -58,7 +58,7 @@ void Fitter::begin(const FitOptions& options) {
   for (size_t i = 0; i < coefficients.size(); ++i)
     if (std::binary_search(parameters_.begin(), parameters_.end(), static_cast<int>(i)))
       point_.parameters[i] = coefficients[i];
-  take_last_state(options.last_state);
+  take_last_states(options.last_states);
   point_.states = start_.states;
   if (!coefficients.empty()) return;
   regress();
@@ -78,17 +78,25 @@ void Fitter::begin(const FitOptions& options) {
   regress();
 }
 
-void Fitter::take_last_state(const std::vector<Eigen::VectorXd>& values) {
+void Fitter::take_last_states(const std::vector<Eigen::MatrixXd>& values) {
   if (values.empty()) return;
-  const size_t ns = start_.scales.size(), last = problem_.problem().equations.states.size() - 1;
-  double square = 0.0, count = 0.0;
+  const size_t ns = start_.scales.size(), of_equations = problem_.problem().equations.states.size();
+  const auto count = values.front().cols();
+  std::vector<double> squares(as_size(count), 0.0);
+  double rows = 0.0;
   for (size_t r = 0; r < values.size(); ++r) {
-    if (values.size() != start_.states.size() || as_size(values[r].size()) * ns != start_.states[r].size())
-      throw std::invalid_argument("state_space: another number of values of the last state");
-    for (Eigen::Index k = 0; k < values[r].size(); ++k) start_.states[r][as_size(k) * ns + last] = values[r](k);
-    square += values[r].squaredNorm(), count += static_cast<double>(values[r].size());
+    if (values.size() != start_.states.size() || as_size(values[r].rows()) * ns != start_.states[r].size() ||
+        values[r].cols() != count || as_size(count) > of_equations)
+      throw std::invalid_argument("state_space: another number of values of the last states");
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const size_t state = of_equations - as_size(count - i);
+      for (Eigen::Index k = 0; k < values[r].rows(); ++k) start_.states[r][as_size(k) * ns + state] = values[r](k, i);
+      squares[as_size(i)] += values[r].col(i).squaredNorm();
+    }
+    rows += static_cast<double>(values[r].rows());
   }
-  if (square > 0.0) start_.scales[last] = std::sqrt(square / count);
+  for (size_t i = 0; i < squares.size(); ++i)
+    if (squares[i] > 0.0) start_.scales[of_equations - squares.size() + i] = std::sqrt(squares[i] / rows);
 }
 
 /// Parameters by least squares on steps and outputs of the states as they are.

@@ -119,7 +119,7 @@ class Fitter {
   [[nodiscard]] Hard hard_end(bool reached) const;
   void compare_with(const Hard& hard, bool stands, bool follows);
   void regress();
-  void take_last_state(const std::vector<Eigen::VectorXd>& values);
+  void take_last_states(const std::vector<Eigen::MatrixXd>& values);
   /// -2 log likelihood; where the log-determinant is followed, of the parameters as they are.
   [[nodiscard]] double J_of(const Smoothed& smoothed) const;
 

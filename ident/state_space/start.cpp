@@ -20,21 +20,6 @@ double std_of(const VectorXd& values) {
   return std::sqrt((values.array() - values.mean()).square().mean());
 }
 
-/// With straight lines over what is missing; the nearest value at the ends.
-VectorXd filled(VectorXd values) {
-  Index last = -1;
-  for (Index k = 0; k < values.size(); ++k) {
-    if (std::isnan(values(k))) continue;
-    for (Index i = last + 1; i < k; ++i) {
-      const double part = last < 0 ? 1.0 : static_cast<double>(i - last) / static_cast<double>(k - last);
-      values(i) = last < 0 ? values(k) : values(last) + part * (values(k) - values(last));
-    }
-    last = k;
-  }
-  for (Index i = last + 1; i < values.size(); ++i) values(i) = last < 0 ? 0.0 : values(last);
-  return values;
-}
-
 VectorXd longest_run(const VectorXd& values) {
   Index first = 0, best_first = 0, best = 0;
   for (Index k = 0; k <= values.size(); ++k) {
@@ -82,7 +67,28 @@ std::optional<int> order_of(const Channel& channel, int position, int speed) {
   return (of_speed ? 1 : 0) + (channel.rate ? 1 : 0);
 }
 
+/// Whether a state follows another with a lag of first order.
+bool follows(const Equations& equations, int state, int other) {
+  const std::string lag = lag_term(equations.states[as_size(other)], equations.states[as_size(state)]);
+  return std::any_of(equations.terms.begin(), equations.terms.end(),
+                     [&](const Term& term) { return term.state == state && term.text == lag; });
+}
+
 }  // namespace
+
+VectorXd filled(VectorXd values) {
+  Index last = -1;
+  for (Index k = 0; k < values.size(); ++k) {
+    if (std::isnan(values(k))) continue;
+    for (Index i = last + 1; i < k; ++i) {
+      const double part = last < 0 ? 1.0 : static_cast<double>(i - last) / static_cast<double>(k - last);
+      values(i) = last < 0 ? values(k) : values(last) + part * (values(k) - values(last));
+    }
+    last = k;
+  }
+  for (Index i = last + 1; i < values.size(); ++i) values(i) = last < 0 ? 0.0 : values(last);
+  return values;
+}
 
 double cutoff_hz(const VectorXd& signal, double rate_hz, double noise_std) {
   constexpr double above_noise = 3.0, beyond = 1.3;
@@ -183,7 +189,8 @@ Problem with_origins(Problem problem, const std::vector<double>& scales) {
   for (std::size_t i = 0; i < speeds.size(); ++i) {
     const auto state = static_cast<int>(i);
     const bool fixed = std::any_of(problem.channels.begin(), problem.channels.end(), [&](const Channel& channel) {
-      return channel.state == state && !channel.rate && channel.corner_rad_s.mean == 0.0;
+      return (channel.state == state || follows(problem.equations, channel.state, state)) && !channel.rate &&
+             channel.corner_rad_s.mean == 0.0;
     });
     if (speeds[i] < 0 || fixed) continue;
     problem.channels.push_back({.name = "(origin)", .state = state, .noise_std = stds * scales[i]});

@@ -16,6 +16,9 @@ struct InnerForce {
 };
 [[nodiscard]] std::vector<InnerForce> inner_forces(const Equations& equations);
 
+/// With straight lines over what is missing (NaN); the nearest value at the ends.
+[[nodiscard]] Eigen::VectorXd filled(Eigen::VectorXd values);
+
 /// White noise of a sample of each channel as the upper end of its own spectrum has it, 0.25 to 0.45 of the sample
 /// rate: its standard deviation, where noise_std is not given. Never below 1e-6 of the channel's own.
 [[nodiscard]] std::vector<double> noise_floors(const Problem& problem);
