@@ -66,8 +66,7 @@ VectorXd rates_along(const BodiesModel& model, int state, const MatrixXd& states
     for (Index i = 0; i < states.cols(); ++i) *rates.state(static_cast<int>(i)) = states(k, i);
     for (Index i = 0; i < inputs.cols(); ++i) *rates.input(static_cast<int>(i)) = inputs(k, i);
     *rates.input(static_cast<int>(inputs.cols())) = begin_s + static_cast<double>(k) / sample_rate_hz;
-    rates.evaluate({}, state_space::Slopes::none);  // for the values of the switches, which say their sides
-    for (int i = 0; i < compiled.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
+    rates.take_sides();
     rates.evaluate({}, state_space::Slopes::none);
     along(k) = *rates.rate(state);
   }

@@ -99,13 +99,9 @@ class Bodies {
   }
   /// On the side of each switch that y is on.
   void look_from(double t, const double* y, state_space::Slopes slopes = state_space::Slopes::by_states_and_time) {
-    Sides sides;
-    sides.fill(1.0);
     look(t, y);
-    evaluate(sides, state_space::Slopes::none);
-    for (int i = 0; i < num_switches(); ++i)
-      sides[static_cast<std::size_t>(i)] = *rates_.switch_value(i) < 0.0 ? -1.0 : 1.0;
-    evaluate(sides, slopes);  // a g may itself bend where another passes zero
+    rates_.take_sides();
+    rates_.evaluate({}, slopes);
   }
   /// d(g)/dt of these switches with the sides.
   [[nodiscard]] VectorXd paces(const std::vector<int>& of, const Sides& sides) {

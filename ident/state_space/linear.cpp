@@ -108,10 +108,7 @@ void Linearisation::outputs(const Model& model, std::size_t record, Index first,
     for (std::size_t i = 0; i < ns; ++i) *rates.state(static_cast<int>(i)) = point.states[record][as_size(k) * ns + i];
     if (looks_at_rates_) {
       inputs_[record].at(k, at_sample, rates.input(0), rates.input_rate(0), model.num_states() + 2);
-      rates.evaluate(point.parameters, Slopes::by_states_and_time);
-    }
-    if (looks_at_rates_ && model.num_switches() > 0) {
-      for (int i = 0; i < model.num_switches(); ++i) *rates.sides(i) = *rates.switch_value(i) < 0.0 ? -1.0 : 1.0;
+      rates.take_sides();
       rates.evaluate(point.parameters, Slopes::by_states_and_time);
     }
     for (std::size_t j = 0; j < m; ++j) {

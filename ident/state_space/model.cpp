@@ -1,6 +1,7 @@
 #include "ident/state_space/model.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "ident/library/expression_parser.hpp"
 
@@ -90,6 +91,20 @@ Rates<L>::Rates(const Model& model)
       rates_(static_cast<std::size_t>(model.num_states_ * stride_)),
       sides_(static_cast<std::size_t>(model.num_switches() * L), 1.0),
       held_(static_cast<std::size_t>(model.num_states_), 0) {}
+
+template <int L>
+void Rates<L>::take_sides() {
+  bool changed = model_.num_switches() > 0;
+  for (int pass = 0; pass < model_.num_switches() && changed; ++pass) {  // a g may itself bend where another is zero
+    model_.tape_.run<L>(registers_.data(), sides_.data(), Slopes::none);
+    changed = false;
+    for (int i = 0; i < model_.num_switches(); ++i)
+      for (int l = 0; l < L; ++l) {
+        const double side = switch_value(i)[l] < 0.0 ? -1.0 : 1.0;
+        if (std::exchange(sides(i)[l], side) != side) changed = true;
+      }
+  }
+}
 
 template <int L>
 void Rates<L>::evaluate(const std::vector<double>& parameters, Slopes slopes) {

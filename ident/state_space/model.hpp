@@ -75,6 +75,8 @@ class Rates {
   [[nodiscard]] double* input(int i) & { return state(model_.num_states_ + i); }
   [[nodiscard]] double* input_rate(int i) & { return input(i) + (model_.num_states_ + 1) * L; }
   [[nodiscard]] double* sides(int i) & { return sides_.data() + i * L; }
+  /// Writes the sides that the switches are on at the states and inputs written above: +1 where g is zero.
+  void take_sides();
   /// From the states, inputs and sides written above (for slopes by time, the input rates too).
   void evaluate(const std::vector<double>& parameters, Slopes slopes = Slopes::by_states);
   [[nodiscard]] const double* rate(int i) const& { return rates_.data() + i * stride_; }
