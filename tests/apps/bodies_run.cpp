@@ -93,6 +93,37 @@ TEST_CASE("a table with x1, x2 and f gives one equation a body, modes and a verd
     CHECK_THAT(ends(folder, "$ARDENT -q frc run -o none", 2), Catch::Contains("--set amplitude=..."));
     CHECK_THAT(ends(folder, "$ARDENT -q frc run -o none --range mixed" + about, 2), Catch::Contains("--range"));
   }
+  SECTION("an edited equation.json is refused in a line, or run as it stands") {
+    const std::string frc =
+                          "$ARDENT -q --force frc run -o out --draws 1 --set amplitude=0.01 --set from_hz=1 "
+                          "--set to_hz=1.1 --set step_hz=0.1",
+                      predict = "$ARDENT -q --force predict run chain/response.csv -o out",
+                      to_c = "$ARDENT -q --force export run --to c -o out";
+    const auto say = [&](const json& edited, int code, const std::string& what) {
+      (void)folder.file("run/equation.json", edited.dump());
+      for (const std::string& command : {frc, predict, to_c}) {
+        CAPTURE(command, edited["bodies"].dump().substr(0, 300));
+        CHECK_THAT(ends(folder, command, code), Catch::Contains(what));
+      }
+    };
+    const auto with = [&](const auto& edit) {
+      json edited = result;
+      edit(edited);
+      return edited;
+    };
+    const auto first_term = [&](const char* name) {
+      return with([&](json& all) { all["bodies"][0]["terms"][0]["name"] = name; });
+    };
+    say(with([](json& all) { all["covariance"].erase(0); }), 3, "run.damaged");
+    say(with([](json& all) { std::swap(all["bodies"][0], all["bodies"][1]); }), 3, "run.damaged");
+    say(with([](json& all) { all["bodies"][0]["largest"] = "far"; }), 3, "run.damaged");
+    say(with([](json& all) { all["imposed"] = true, all["force_unit"] = "N"; }), 3, "run.damaged");
+    say(with([](json& all) { all["bodies"] = json::array(); }), 2, "run.no_such_equation");
+    say(first_term("foo(("), 2, "term.");
+    say(first_term("x9"), 2, "term.unknown_name");
+    say(first_term("log(x1)"), 4, "run");  // no number at rest: it runs away
+    say(with([](json& all) { all["bodies"][0]["terms"][0]["mean"] = 1e300; }), 4, "run");
+  }
   SECTION("settings that are for one body are refused") {
     (void)folder.file("two.toml",
                       "schema = 1\n[[recording]]\nfile = \"chain/response.csv\"\n[[range]]\nname = \"a\"\n");
