@@ -29,7 +29,7 @@ void write_comparison(const CompareArguments& arguments, const RunComparison& co
   OutputFolder folder(global.output, global.force);
   Manifest manifest = begin_manifest("compare", global.command_line, global.seed, folder.destination());
   for (const std::filesystem::path& run : arguments.runs)
-    add_input(manifest, run / "metrics.json", folder.destination());
+    add_input(manifest, run / (is_bodies_run(run) ? "equation.json" : "metrics.json"), folder.destination());
   if (!arguments.truth.empty()) add_input(manifest, arguments.truth, folder.destination());
   const std::vector<PlotFigure> figures = comparison_figures(comparison);
   for (const PlotFigure& figure : figures)
@@ -46,7 +46,6 @@ int compare(const CompareArguments& arguments, const GlobalOptions& global, Cons
   if (global.force && global.output.empty())
     throw dsp::Fault(dsp::FaultKind::usage, "usage", "compare: --force has no effect without -o DIR. Leave it out");
   for (const auto& run : arguments.runs) check_finished_run(run, global.strict, console);
-  for (const auto& run : arguments.runs) refuse_bodies_run(run, "compare");
   const RunComparison comparison = compare_runs(arguments.runs, arguments.truth, arguments.method);
   if (!global.output.empty()) write_comparison(arguments, comparison, global, console);
   console.result(console.json() ? to_json(comparison) : to_text(comparison));

@@ -24,11 +24,43 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr const char* modes_range = "modes";
+
 /// A run as its folder has it.
 struct ComparedRun {
   std::string title;
   Json metrics, equation;  ///< equation null: there is none
+  [[nodiscard]] bool of_bodies() const { return equation.is_object() && equation.contains("bodies"); }
 };
+
+/// The equations of several bodies and their modes, as if each were a range with one fit.
+Json metrics_of_bodies(const Json& equation) {
+  Json ranges = Json::array();
+  const auto add = [&](const std::string& name, Json target, Json terms, Json free_run) {
+    const Json nmse{{"train", nullptr}, {"test", nullptr}, {"free_run", std::move(free_run)}};
+    const Json fit{
+        {"method", "likelihood"}, {"target", std::move(target)}, {"terms", std::move(terms)}, {"nmse", nmse}};
+    ranges.push_back({{"name", name}, {"methods", Json::array({fit})}});
+  };
+  for (const Json& body : equation.at("bodies"))
+    add(body.at("target"), body.at("target"), body.at("terms"), body.value("free_run_nmse", Json()));
+  if (equation.contains("inner") && equation["inner"].at("kept").get<bool>())
+    add(equation["inner"].at("target"), equation["inner"].at("target"), equation["inner"].at("terms"), {});
+  Json modes = Json::array();
+  for (const Json& mode : equation.at("modes")) {
+    const std::size_t number = modes.size() / 2 + 1;
+    modes.push_back({{"name", fmt::format("natural frequency {}", number)},
+                     {"mean", mode.at("frequency_hz")},
+                     {"std", mode.at("frequency_std")},
+                     {"unit", "Hz"}});
+    modes.push_back({{"name", fmt::format("damping ratio {}", number)},
+                     {"mean", mode.at("damping_ratio")},
+                     {"std", mode.at("damping_ratio_std")},
+                     {"unit", ""}});
+  }
+  if (!modes.empty()) add(modes_range, nullptr, std::move(modes), {});
+  return {{"ranges", std::move(ranges)}};
+}
 
 /// "in_part (missing_input)", as equation.json has it for the method of `fit`.
 std::string verdict_of(const Json& equation, const std::string& range, const Json& fit) {
@@ -44,13 +76,21 @@ std::vector<RangeComparison> range_comparisons(const std::vector<ComparedRun>& r
   for (const ComparedRun& run : runs)
     for (const Json& range : run.metrics.at("ranges")) {
       const std::string name = range.at("name");
-      if (std::none_of(all.begin(), all.end(), [&](const RangeComparison& one) { return one.range == name; }))
-        all.push_back({name, {}, {}, {}});
+      if (std::any_of(all.begin(), all.end(), [&](const RangeComparison& one) { return one.range == name; })) continue;
+      RangeComparison& one = all.emplace_back();
+      one.range = name;
+      one.heading = "range " + name;
+      if (!run.of_bodies()) continue;
+      one.of_coefficients = name != modes_range;
+      one.heading = one.of_coefficients ? "equation for " + name : name;
+      one.figures.clear();
+      if (range.at("methods").front().at("nmse").at("free_run").is_number()) one.figures = {"free_run"};
     }
   for (RangeComparison& one : all)
     for (const ComparedRun& run : runs) {
       Json fit = fit_of(run.metrics, one.range, method);
-      std::string verdict = verdict_of(run.equation, one.range, fit);
+      std::string verdict =
+          run.of_bodies() ? run.equation.value("verdict", "") : verdict_of(run.equation, one.range, fit);
       one.columns.push_back({run.title, std::move(fit), std::move(verdict)});
       if (one.columns.back().fit.is_null()) continue;
       for (const Json& term : one.columns.back().fit.at("terms")) {
@@ -165,7 +205,7 @@ TextGrid grid_of(const RangeComparison& one) {
     if (value) true_cells.push_back(fmt::format("{:.6g}", *value));
     add_row(grid, label, term_cells(one, label, value));
   }
-  for (const char* figure : {"train", "test", "free_run"}) {
+  for (const std::string& figure : one.figures) {
     std::vector<std::string> cells;
     for (const ComparedColumn& column : one.columns)
       cells.push_back(column.fit.is_null() ? "" : number_or_none(column.fit.at("nmse").at(figure), "{:.3g}"));
@@ -201,18 +241,21 @@ RunComparison compare_runs(const std::vector<fs::path>& run_folders, const fs::p
                     fs::exists(equation, unknown) ? read_run_json(equation) : Json()});
   }
   try {
+    for (ComparedRun& run : runs)
+      if (run.of_bodies()) run.metrics = metrics_of_bodies(run.equation);
     result.ranges = range_comparisons(runs, method);
     result.changes = changes_between(run_folders);
     if (!result.truth.is_null()) {
       const bool of_recording = std::none_of(run_folders.begin(), run_folders.end(), is_of_exact_motion);
       for (RangeComparison& one : result.ranges)
-        for (const auto& [name, label] : one.terms)
+        for (const auto& [name, label] : one.of_coefficients ? one.terms : std::vector<ComparedTerm>())
           one.truth[label] = true_value(result.truth, of_recording, target_of(one), name);
     }
     for (const RangeComparison& one : result.ranges) (void)grid_of(one);  // whatever an edited file lacks shows here
     return result;
   } catch (const Json::exception& error) {
-    throw dsp::Fault(dsp::FaultKind::input, "run.damaged", fmt::format("metrics.json or truth.json: {}", error.what()));
+    throw dsp::Fault(dsp::FaultKind::input, "run.damaged",
+                     fmt::format("metrics.json, equation.json or truth.json: {}", error.what()));
   }
 }
 
@@ -233,7 +276,7 @@ std::string to_text(const RunComparison& comparison) {
                       return cell.find(" (") != std::string::npos && cell.find("+-") != std::string::npos;
                     });
     if (!upright) grid.corner = "run";
-    text += fmt::format("range {}\n{}\n", printable(one.range), to_text(upright ? grid : transposed(grid)));
+    text += fmt::format("{}\n{}\n", printable(one.heading), to_text(upright ? grid : transposed(grid)));
   }
   if (several && differences)
     text += fmt::format("in brackets: the difference from {} in standard deviations of that difference\n",

@@ -22,16 +22,19 @@ struct ComparedTerm {
   std::string name, label;  ///< "sgn(v)", "sgn(v) in run1.csv"
 };
 
-/// One range of several runs.
+/// One range of several runs, or of several bodies one of their equations, or their modes.
 struct RangeComparison {
   std::string range;
-  std::vector<ComparedTerm> terms;  ///< of all runs, in order of appearance
+  std::string heading = {};  ///< "range mixed", "equation for a1"
+  bool of_coefficients = true;
+  std::vector<std::string> figures = {"train", "test", "free_run"};  ///< of its NMSE
+  std::vector<ComparedTerm> terms;                                   ///< of all runs, in order of appearance
   std::vector<ComparedColumn> columns;
   std::map<std::string, double> truth;  ///< by label, in the units of what was recorded; empty: not known
 };
 
 /// What differs between several finished runs (inputs by their bytes, settings, program), then their verdicts,
-/// equations and NMSE range by range.
+/// equations and NMSE range by range; of several bodies equation by equation, and their modes.
 struct RunComparison {
   std::vector<std::string> titles;
   std::vector<Change> changes;

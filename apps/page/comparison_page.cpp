@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cctype>
 #include <cmath>
 
 #include "apps/page/document.hpp"
@@ -16,6 +17,12 @@ namespace apps {
 namespace {
 
 using dsp::nan;
+
+std::string headline(const RangeComparison& range, std::size_t width) {
+  std::string text = printable(range.heading, width);
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
 
 PlotFigure term_figure(const RangeComparison& range, const std::string& term, std::string name) {
   std::vector<double> runs, means, ends, interval;
@@ -33,9 +40,11 @@ PlotFigure term_figure(const RangeComparison& range, const std::string& term, st
     interval.insert(interval.end(), {mean - ident::interval_95 * std, mean + ident::interval_95 * std, nan});
   }
   const double last = static_cast<double>(range.columns.size()) + 0.5;
-  PlotPanel panel{fmt::format("coefficient of {}", term), "run (number in the table)", unit.empty() ? "no unit" : unit};
-  panel.series = {plot_series("95 % interval", ends, interval, PlotStyle::line, PlotColour::blue),
-                  plot_series("coefficient", runs, means, PlotStyle::points, PlotColour::black)};
+  const std::string of = range.of_coefficients ? "coefficient of " + term : term;
+  PlotPanel panel{of, "run (number in the table)", unit.empty() ? "no unit" : unit};
+  panel.series = {
+      plot_series("95 % interval", ends, interval, PlotStyle::line, PlotColour::blue),
+      plot_series(range.of_coefficients ? "coefficient" : "value", runs, means, PlotStyle::points, PlotColour::black)};
   const auto known = range.truth.find(term);
   if (known != range.truth.end())
     panel.series.push_back(plot_series("true value", {0.5, last}, {known->second, known->second}, PlotStyle::dashed,
@@ -44,11 +53,12 @@ PlotFigure term_figure(const RangeComparison& range, const std::string& term, st
   constexpr std::size_t most_names = 15;
   for (std::size_t run = 0; run <= range.columns.size() && range.columns.size() <= most_names; ++run)
     panel.x_names.push_back(fmt::format("{}", run));
-  return drawing(std::move(name),
-                 fmt::format("Coefficient of {} by run, with 95 % intervals{}", term,
-                             known == range.truth.end() ? ". Runs agree where intervals overlap by half."
-                                                        : ", and its true value."),
-                 std::move(panel));
+  return drawing(
+      std::move(name),
+      fmt::format(
+          "{} by run, with 95 % intervals{}", range.of_coefficients ? "Coefficient of " + term : term,
+          known == range.truth.end() ? ". Runs agree where intervals overlap by half." : ", and its true value."),
+      std::move(panel));
 }
 
 std::vector<std::string> heads_of(const TextGrid& grid, bool numbered) {
@@ -80,8 +90,7 @@ void write_changes(const RunComparison& comparison, HtmlWriter& html) {
 void write_range(const RunComparison& comparison, std::size_t index, const std::vector<PageFigure>& figures,
                  HtmlWriter& html) {
   const RangeComparison& range = comparison.ranges[index];
-  html.open("section", {{"id", fmt::format("range-{}", index + 1)}})
-      .element("h2", "Range " + printable(range.range, 200));
+  html.open("section", {{"id", fmt::format("range-{}", index + 1)}}).element("h2", headline(range, 200));
   write_grid("Verdict, coefficients and errors", grid_of(range), true, html);
   html.element("p", range.truth.empty()
                         ? "In brackets: the difference from the first run in standard deviations of that difference; "
@@ -122,7 +131,7 @@ std::string comparison_page(const RunComparison& comparison, const std::vector<P
     std::vector<PageLink> links;
     if (comparison.titles.size() > 1) links.push_back({"changes", "What differs"});
     for (std::size_t i = 0; i < comparison.ranges.size(); ++i)
-      links.push_back({fmt::format("range-{}", i + 1), "Range " + printable(comparison.ranges[i].range, 60)});
+      links.push_back({fmt::format("range-{}", i + 1), headline(comparison.ranges[i], 60)});
     write_contents(links, html);
     if (comparison.titles.size() > 1) write_changes(comparison, html);
     for (std::size_t i = 0; i < comparison.ranges.size(); ++i) write_range(comparison, i, shown, html);

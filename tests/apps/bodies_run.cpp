@@ -70,8 +70,7 @@ TEST_CASE("a table with x1, x2 and f gives one equation a body, modes and a verd
     CHECK_THAT(support::bytes_of(folder / "forced/predict.csv"), Catch::StartsWith("t,x1_predicted,x2_predicted\n"));
   }
   SECTION("commands for one body refuse it in a line") {
-    for (const char* command : {"compare run run", "merge run"})
-      CHECK_THAT(ends(folder, std::string("$ARDENT -q ") + command, 3), Catch::Contains("several bodies"));
+    CHECK_THAT(ends(folder, "$ARDENT -q merge run", 3), Catch::Contains("several bodies"));
     CHECK_THAT(ends(folder, "$ARDENT -q prep chain/response.csv -o prep", 3), Catch::Contains("several bodies"));
   }
   SECTION("the response to a sine is that of a chosen body to the input") {
@@ -123,6 +122,35 @@ TEST_CASE("a table with x1, x2 and f gives one equation a body, modes and a verd
     say(first_term("x9"), 2, "term.unknown_name");
     say(first_term("log(x1)"), 4, "run");  // no number at rest: it runs away
     say(with([](json& all) { all["bodies"][0]["terms"][0]["mean"] = 1e300; }), 4, "run");
+  }
+  SECTION("two runs are compared equation by equation, and mode by mode") {
+    (void)ends(folder,
+               "$ARDENT -q sim chain -o stiff --duration 20 --noise 0.01 --seed 5 --set stiffness_2=110 && "
+               "$ARDENT -q run stiff/response.csv -o stiff-run",
+               0);
+    const auto ended = support::run(folder, "$ARDENT -q compare run stiff-run -o both");
+    CAPTURE(ended.err);
+    REQUIRE(ended.code == 0);
+    CHECK_THAT(ended.out,
+               Catch::Contains("equation for a2") && Catch::Contains("modes") && Catch::Contains("describes"));
+    const json compared = document(folder, "both/compare.json");
+    const auto both = [&](std::size_t range, const std::string& name) {
+      std::vector<double> z;
+      for (const json& run : compared["ranges"][range]["runs"])
+        for (const json& term : run["fit"]["terms"])
+          if (term["name"] == name) z.push_back(term["mean"]), z.push_back(term["std"]);
+      REQUIRE(z.size() == 4);
+      return (z[2] - z[0]) / std::hypot(z[1], z[3]);
+    };
+    CHECK(std::abs(both(0, "x1")) < 4.5);  // the spring that was not changed
+    CHECK(both(1, "(x2 - x1)") < -20.0);   // -110 for -100
+    CHECK(both(2, "natural frequency 2") > 20.0);
+    CHECK_THAT(support::bytes_of(folder / "both/compare.html"), Catch::Contains("Equation for a1") &&
+                                                                    Catch::Contains("Modes") &&
+                                                                    !Catch::Contains("Coefficient of natural"));
+    const auto beside_truth = support::run(folder, "$ARDENT -q compare run --truth chain/truth.json");
+    CHECK(beside_truth.code == 0);
+    CHECK_THAT(beside_truth.out, Catch::Contains("-100") && Catch::Contains("side"));
   }
   SECTION("settings that are for one body are refused") {
     (void)folder.file("two.toml",
