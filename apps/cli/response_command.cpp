@@ -42,14 +42,15 @@ Responding one_body(const ResponseArguments& arguments, EquationResponse& result
   result.static_friction = arguments.static_friction.value_or(0.0);
   if (!(result.static_friction >= 0.0) || (arguments.static_friction && !has_friction))
     refuse_sweep("--static-friction must not be negative, and needs an equation with sgn(v)");
-  if (arguments.body > 0 || !arguments.input.empty())
+  if (arguments.body > 1 || !arguments.input.empty())
     refuse_sweep("--body and --input choose among several bodies and inputs: this run has one of each");
   oscillator.static_friction = result.static_friction;
   result.steps = read_final_steps(arguments.run);
   const bool is_base = drive == ident::DriveKind::base;
   return {.swept = {.drive = drive,
                     .free_hz = ident::free_frequencies_hz(oscillator, equation.largest_x),
-                    .reach_is_known = equation.largest_x > 0.0},
+                    .none_because = equation.largest_x > 0.0 ? "nothing in the equation pulls x back"
+                                                             : "how far x went is not known"},
           .driven = sim::driven_system(std::move(oscillator)),
           .draws = [equation](const auto& sweep,
                               const auto& options) { return ident::response_draws(equation, sweep, options); },
@@ -68,6 +69,14 @@ std::string chosen_input(const ResponseArguments& arguments, const ident::Bodies
   return arguments.input;
 }
 
+/// What its x is.
+std::string coordinates_of(const ident::BodiesLayout& layout, const std::string& response) {
+  if (layout.sensor_lags()) return "x is the motion itself, of which the sensor shows z.";
+  if (layout.frame == ident::Frame::ground) return {};
+  return fmt::format("In the equations displacements are {}. Below, x is that of {} against the base, y absolute.",
+                     layout.frame == ident::Frame::base ? "relative to the base" : "absolute, r the base's", response);
+}
+
 Responding several_bodies(const ResponseArguments& arguments, EquationResponse& result) {
   if (arguments.static_friction || !arguments.range.empty() || !arguments.method.empty())
     refuse_sweep(
@@ -79,19 +88,27 @@ Responding several_bodies(const ResponseArguments& arguments, EquationResponse& 
   const int body = std::max(1, arguments.body);
   if (body > model.layout.num_bodies)
     refuse_sweep(fmt::format("there are bodies 1 to {}, got --body {}", model.layout.num_bodies, body));
+  if (arguments.num_draws > 0 && !model.covariance.allFinite())
+    refuse_sweep("how uncertain the coefficients are is not known: --draws 0");
   const std::string response = model.layout.response(body);
+  result.has_friction = std::any_of(model.terms.begin(), model.terms.end(), [](const ident::BodyTerm& term) {
+    return term.name.find("sgn(") != std::string::npos;
+  });
   result.equation = {.of = fmt::format("{} driven by {}", response, input),
                      .title = fmt::format("Response of {} to {}", response, input),
                      .keys = {{"of", response}, {"input", input}},
                      .text = {},
-                     .coordinates = {},
+                     .coordinates = coordinates_of(model.layout, response),
                      .x_unit = found.length,
                      .verdict = ident::verdict_from_string(found.verdict).value_or(ident::Verdict::undecided),
                      .largest_x = found.largest[static_cast<std::size_t>(body) - 1],
                      .takes_static_friction = false};
   for (const ident::Model& one : models_of(model, found.length))
     result.equation.text += (result.equation.text.empty() ? "" : "; ") + to_text(one);
-  Responding responding{.swept = {.drive = ident::kind_of_drive(input), .input = input, .free_hz = {}},
+  Responding responding{.swept = {.drive = ident::kind_of_drive(input),
+                                  .input = input,
+                                  .free_hz = {},
+                                  .none_because = "at rest no mode swings"},
                         .driven = ident::driven_bodies(model, input, body),
                         .draws = [=](const auto& sweep, const auto& options) {
                           return ident::response_draws(sweep, options, [&](std::size_t k) {

@@ -70,10 +70,8 @@ Sweep sweep_of(const std::vector<std::string>& settings, const SweptEquation& eq
       (void)set_sweep_option(sweep, name, value);
   }
   if (std::isnan(sweep.from_hz) || std::isnan(sweep.to_hz))
-    refuse_sweep(fmt::format("{}: give the sweep's, --set from_hz=... --set to_hz=...",
-                             equation.reach_is_known
-                                 ? "nothing in the equation pulls x back, so that it has no frequency to look about"
-                                 : "how far x went is not known, and so no frequency to look about"));
+    refuse_sweep(equation.none_because +
+                 ", and so no frequency to look about: give the sweep's, --set from_hz=... --set to_hz=...");
   if (std::isnan(sweep.step_hz)) sweep.step_hz = plain_below(0.005 * (sweep.from_hz + sweep.to_hz));
   if (!amplitude_given)
     refuse_sweep(fmt::format("the equation is driven by {}: give its amplitude, --set amplitude=...", equation.input));

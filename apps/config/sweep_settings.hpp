@@ -23,7 +23,7 @@ struct SweptEquation {
   ident::DriveKind drive = ident::DriveKind::base;
   std::string input = "f";                           ///< that drives where it is a force
   std::optional<std::pair<double, double>> free_hz;  ///< lowest and highest frequency of free vibration
-  bool reach_is_known = true;                        ///< how far the training rows go, without which there is none
+  std::string none_because = {};                     ///< where there is none
 };
 
 /// The sweep that settings of `ardent frc` ask for: from_hz, to_hz, step_hz, and amplitude_mm of the base, or amplitude

@@ -51,12 +51,17 @@ void put_terms(Json& one, int body, const ident::BodiesResult& result, const ide
     if (term.body == body) one["rejected"].push_back({{"name", term.name}});
 }
 
-/// How far a body goes in the samples that were fitted; of an imposed motion its force.
+/// How far a body goes in the samples that were fitted, from the base where its motion was recorded; of an imposed
+/// motion its force.
 double largest_fitted(int body, const ident::BodiesResult& result, const ident::BodiesRecord& record) {
+  Eigen::VectorXd x = record.samples.col(body - 1);
+  const auto r = std::find(record.inputs.begin(), record.inputs.end(), "r");
+  if (result.model.layout.frame == ident::Frame::absolute && r != record.inputs.end())
+    x -= record.input_samples.col(r - record.inputs.begin());
   double largest = 0.0;
   for (const dsp::IndexRange& range : result.train)
     for (Index n = range.first; n < range.last; ++n)
-      if (const double x = std::abs(record.samples(n, body - 1)); std::isfinite(x)) largest = std::max(largest, x);
+      if (std::isfinite(x(n))) largest = std::max(largest, std::abs(x(n)));
   return largest;
 }
 
@@ -66,8 +71,8 @@ Json body_json(int body, const ident::BodiesResult& result, const ident::BodiesR
       {record.imposed ? "force" : "displacement", printable(record.channels[static_cast<std::size_t>(body - 1)].name)},
       {"target", result.model.layout.target(body)},
       {"zero", record.parts.front().zeros(body - 1)},
-      {"largest", largest_fitted(body, result, record)},
       {"noise_std", number_or_null(result.noise_std(body - 1))}};
+  if (!result.model.layout.sensor_lags()) one["largest"] = largest_fitted(body, result, record);
   put_terms(one, body, result, record);
   if (result.silent_because.empty()) {
     if (!result.runs.empty()) {

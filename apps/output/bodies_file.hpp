@@ -29,7 +29,7 @@ struct FinishedBodies {
   std::string recording = {}, length = {}, verdict = {};
   std::vector<std::string> recordings = {};     ///< one, or several
   std::vector<std::vector<double>> zeros = {};  ///< of each recording and displacement
-  std::vector<double> largest = {};             ///< of each body in the samples that were fitted; 0: not known
+  std::vector<double> largest = {};             ///< of each body, from the base, in fitted samples; 0: not known
   struct FreeRun {
     std::size_t recording = 0;  ///< index
     double from_s = 0.0, to_s = 0.0;

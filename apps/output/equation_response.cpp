@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "apps/output/json_number.hpp"
 #include "apps/output/json_parts.hpp"
@@ -176,7 +177,7 @@ std::string response_text(const EquationResponse& result) {
   const ShownUnit unit = shown_unit(result.equation.x_unit);
   std::string text = printable(fmt::format("{}: {}", result.equation.of, result.equation.text));
   if (!result.equation.coordinates.empty()) text += "\n" + result.equation.coordinates;
-  text += fmt::format("\n{}{}, {} to {} Hz in steps of {} Hz; {} draws of the coefficients, seed {}\n\n",
+  text += fmt::format("\n{}{}, {:g} to {:g} Hz in steps of {:g} Hz; {} draws of the coefficients, seed {}\n\n",
                       result.drive == ident::DriveKind::base
                           ? fmt::format("base motion of {:g} {}", unit.factor * sweep.amplitude_m, unit.name)
                           : fmt::format("{} of amplitude {:g}", result.input, sweep.amplitude_m),
@@ -187,9 +188,11 @@ std::string response_text(const EquationResponse& result) {
     if (event.needs_friction && !result.has_friction) continue;
     const double step_hz = result.steady.response.jumps.*event.frequency_hz;
     const ident::DrawnFigure spread = drawn(result, event);
-    text += fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}", event.way, event.sentence, number_text(step_hz, "{:.6g}"),
-                        number_text(result.steady.located.*event.frequency_hz, "{:.6g}"),
-                        number_text(spread.std, "{:.2g}"));
+    text +=
+        fmt::format("  {:<5} {:<34} {:>9} {:>11} {:>9}", event.way,
+                    !result.has_friction && event.key == std::string_view("jump_hz") ? "it jumps up" : event.sentence,
+                    number_text(step_hz, "{:.6g}"), number_text(result.steady.located.*event.frequency_hz, "{:.6g}"),
+                    number_text(spread.std, "{:.2g}"));
     if (result.num_draws > 0 && spread.fraction != std::isfinite(step_hz))
       text += fmt::format("  in {:.0f} % of the draws", 100.0 * spread.fraction);
     text += "\n";

@@ -58,7 +58,14 @@ std::string lag_text(const ident::BodiesResult& result) {
   if (result.model.layout.inner == ident::Inner::none)
     return std::isnan(result.gain_of_inner) ? "Lag: none. With a lag, which was sought, no fit was found."
                                             : "Lag: none. One was sought, and the samples do not ask for it.";
-  return fmt::format("Lag: {} {} s late (first order){}.",
+  const auto& terms = result.model.terms;
+  const bool is_linear = std::all_of(terms.begin(), terms.end(), [&](const ident::BodyTerm& term) {
+    const ident::BodiesLayout& layout = result.model.layout;
+    return term.body > 1 || term.name == "1" || term.name == "z" || term.name == layout.position(1) ||
+           term.name == layout.speed(1) ||
+           std::find(layout.inputs.begin(), layout.inputs.end(), term.name) != layout.inputs.end();
+  });
+  return fmt::format("Lag: {} {} s late (first order){}.{}",
                      result.model.layout.sensor_lags() ? "the sensor shows x"
                                                        : printable(result.model.layout.lagging, 60) + " arrives",
                      with_uncertainty(result.lag_s, result.lag_std_s),
@@ -66,7 +73,10 @@ std::string lag_text(const ident::BodiesResult& result) {
                          ? fmt::format("; with it -2 log likelihood of the samples is lower by {:.0f} than without, "
                                        "beyond the price of its term",
                                        result.gain_of_inner)
-                         : ", without a comparison, as no fit without it came to rest");
+                         : ", without a comparison, as no fit without it came to rest",
+                     is_linear && !result.model.layout.sensor_lags()
+                         ? " As the equation is linear, a displacement sensor as late would show the same."
+                         : "");
 }
 
 std::string memory_text(const ident::BodiesResult& result) {

@@ -97,7 +97,9 @@ class ChannelValues {
   [[nodiscard]] double value(const char* at, bool is_big) const {
     if (type_.format.bytes == 0) {
       const TdmsTime stamp = tdms_time(at, is_big);
-      return static_cast<double>(stamp.seconds - first_second_) + stamp.fraction;
+      // As seconds of a damaged file may differ by more than an integer holds.
+      const auto difference = static_cast<std::uint64_t>(stamp.seconds) - static_cast<std::uint64_t>(first_second_);
+      return static_cast<double>(static_cast<std::int64_t>(difference)) + stamp.fraction;
     }
     NumberFormat format = type_.format;
     format.swapped = is_big == (std::endian::native == std::endian::little);

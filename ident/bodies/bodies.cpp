@@ -82,6 +82,7 @@ std::vector<Eigen::MatrixXd> first_states(const Choice& choice, const InnerStart
   const double rate_hz = problem.sample_rate_hz;
   const std::vector<std::string>& inputs = choice.layout.inputs;
   const Index of_lagging = std::find(inputs.begin(), inputs.end(), start.lagging) - inputs.begin();
+  const double noise_std = state_space::noise_floors(problem).front();
   std::vector<Eigen::MatrixXd> states;
   for (const state_space::Record& record : problem.records) {
     if (!choice.layout.sensor_lags()) {
@@ -89,7 +90,7 @@ std::vector<Eigen::MatrixXd> first_states(const Choice& choice, const InnerStart
       continue;
     }
     const VectorXd shown = state_space::filled(record.channels.col(0));
-    const double to_hz = state_space::cutoff_hz(shown, rate_hz, state_space::noise_floors(problem).front());
+    const double to_hz = state_space::cutoff_hz(shown, rate_hz, noise_std);
     const auto rate_of = [&](int order) { return derived(shown, rate_hz, order, to_hz); };
     states.emplace_back(shown.size(), 3);
     states.back() << rate_of(0) + start.lag_s * rate_of(1), rate_of(1) + start.lag_s * rate_of(2), rate_of(0);
@@ -127,14 +128,19 @@ Choice choose(const BodiesRecord& given, Frame frame, const InnerStart& start, c
   return choice;
 }
 
+/// Selected, of all equations.
+std::ptrdiff_t num_terms(const Choice& choice) {
+  const std::vector<int>& parameters = choice.selection.fit.parameters;
+  return std::count_if(parameters.begin(), parameters.end(),
+                       [&](int i) { return std::cmp_less(i, choice.candidates.size()); });
+}
+
 /// -2 log likelihood with the price of the terms; where there is a z, with that of its state, and with a first value in
 /// each record that is of the size of its values.
 double score_of(const Choice& choice) {
   const state_space::Fit& fit = choice.selection.fit;
   if (!fit.converged()) return std::numeric_limits<double>::infinity();
-  double score = fit.J;
-  for (const int i : fit.parameters)
-    if (std::cmp_less(i, choice.candidates.size())) score += choice.selection.price;
+  const double score = fit.J + choice.selection.price * static_cast<double>(num_terms(choice));
   if (choice.layout.inner == Inner::none) return score;
   const double size = rms_of(choice, choice.layout.num_states() - 1);
   const bool moves = std::any_of(fit.parameters.begin(), fit.parameters.end(), [&](int i) {
@@ -156,21 +162,18 @@ std::vector<std::string> inputs_that_may_lag(const BodiesLayout& layout, const B
   return inputs;
 }
 
-void require_input_that_may_lag(const BodiesRecord& record, const BodiesOptions& options) {
+void require_input(const BodiesRecord& record) {
   const Frame frame = record.frame.value_or(Frame::absolute);
-  const BodiesLayout layout{record.num_bodies, frame, in_frame(record, frame).inputs};
-  if (inputs_that_may_lag(layout, options.library).empty())
+  if (in_frame(record, frame).inputs.empty())
     throw dsp::Fault(
         dsp::FaultKind::input, "bodies.lag",
-        fmt::format("{}: [library] inner = \"lag\" is of a recorded force, or of the acceleration of a base that x is "
-                    "relative to, as a candidate, and there is none. Give the channel of the force role = \"f\", or "
-                    "leave `inner` out",
+        fmt::format("{}: [library] inner = \"lag\" is of a recorded force, or of the sensor under one or on a moving "
+                    "base, and there is neither. Give the channel of the force role = \"f\", or leave `inner` out",
                     record.name));
 }
 
-/// Lags of each such input, and of the sensor of x: a period of the motion over 2 pi, a third of it and three times as
-/// long.
-std::vector<InnerStart> lags_of(const Choice& without, const BodyLibrary& library) {
+/// Lags to begin with: a period of the motion over 2 pi, a third of it and three times as long.
+std::vector<double> lags_of(const Choice& without) {
   const state_space::Problem& problem = without.statement.problem;
   const Eigen::MatrixXd& channels =
       std::max_element(problem.records.begin(), problem.records.end(), [](const auto& a, const auto& b) {
@@ -181,29 +184,44 @@ std::vector<InnerStart> lags_of(const Choice& without, const BodyLibrary& librar
   const double rate_hz = problem.sample_rate_hz,
                to_hz = state_space::cutoff_hz(x, rate_hz, without.selection.fit.floors.front()),
                rad_s = derived(x, rate_hz, 1, to_hz).norm() / x.norm();
-  // Where nothing is left that a lag could explain, one start of each is enough.
-  const std::vector<double> parts = without.is_complete() ? std::vector{1.0} : std::vector{1.0, 0.3, 3.0};
-  std::vector<InnerStart> starts;
-  for (const std::string& input : inputs_that_may_lag(without.layout, library))
-    for (const double part : parts) starts.push_back({Inner::lag, input, part / rad_s});
-  for (const double part : parts) starts.push_back({Inner::lag, without.layout.named('x', 1), part / rad_s});
-  return starts;
+  // Where nothing is left that a lag could explain, one start is enough.
+  if (without.is_complete()) return {1.0 / rad_s};
+  return {1.0 / rad_s, 0.3 / rad_s, 3.0 / rad_s};
+}
+
+/// Of every input until one leaves nothing unexplained, then of the sensor of x, for which more terms can stand in:
+/// what explains by no more than the input, a damper and a spring of two terms leaves little for it.
+Choice with_lag(const Choice& without, const BodiesRecord& record, const BodiesOptions& options,
+                const BodiesResult& result) {
+  constexpr std::ptrdiff_t few_terms = 5;  // that of z among them
+  const std::vector<double> lags = lags_of(without);
+  std::optional<Choice> best;
+  bool explains = false;
+  const auto try_each = [&](const std::string& late, const std::vector<double>& lags_s) {
+    explains = false;
+    for (size_t i = 0; i < lags_s.size() && !explains; ++i) {
+      Choice with = choose(record, without.layout.frame, {Inner::lag, late, lags_s[i]}, options, result.train);
+      explains = with.is_complete() && std::isfinite(score_of(with));
+      if (!best || score_of(with) < score_of(*best) || !best->selection.fit.converged()) best = std::move(with);
+    }
+  };
+  for (const std::string& input : inputs_that_may_lag(without.layout, options.library))
+    if (!explains) try_each(input, lags);
+  if (explains && num_terms(*best) <= few_terms) return std::move(*best);
+  const double found_rate = explains ? best->selection.fit.point.parameters[best->candidates.size() - 1] : 0.0;
+  try_each(without.layout.named('x', 1), explains ? std::vector{1.0 / found_rate} : lags);
+  return std::move(*best);
 }
 
 /// With z, where that is more likely than without by more than its price.
 Choice with_inner(Choice without, const BodiesRecord& record, const BodiesOptions& options, BodiesResult& result) {
   result.sought = options.inner;
-  const std::vector<InnerStart> starts =
-      options.inner == Inner::lag ? lags_of(without, options.library) : std::vector<InnerStart>{{options.inner}};
-  std::optional<Choice> best;
-  for (const InnerStart& start : starts) {
-    Choice with = choose(record, without.layout.frame, start, options, result.train);
-    if (!best || score_of(with) < score_of(*best) || !best->selection.fit.converged()) best = std::move(with);
-    if (best->layout.lagging == start.lagging && best->is_complete() && std::isfinite(score_of(*best))) break;
-  }
-  result.gain_of_inner = score_of(without) - score_of(*best);
-  if (!best->selection.fit.converged()) result.gain_of_inner = dsp::nan;
-  return result.gain_of_inner > 0.0 ? std::move(*best) : std::move(without);
+  Choice with = options.inner == Inner::lag
+                    ? with_lag(without, record, options, result)
+                    : choose(record, without.layout.frame, {options.inner}, options, result.train);
+  result.gain_of_inner = score_of(without) - score_of(with);
+  if (!with.selection.fit.converged()) result.gain_of_inner = dsp::nan;
+  return result.gain_of_inner > 0.0 ? std::move(with) : std::move(without);
 }
 
 /// Of the samples of each part that may be used, from the first on.
@@ -399,7 +417,7 @@ BodiesResult identify_bodies(const BodiesRecord& record, const BodiesOptions& op
     throw dsp::Fault(dsp::FaultKind::input, "bodies.short",
                      fmt::format("{}: {} samples are too few, want {} at least. Record longer", record.name,
                                  record.samples.rows(), least_samples));
-  if (options.inner == Inner::lag && !record.imposed) require_input_that_may_lag(record, options);
+  if (options.inner == Inner::lag && !record.imposed) require_input(record);
   const std::vector<dsp::IndexRange> train = train_of(record, options.train_fraction);
   BodiesResult result{.train = train};
   Choice best = record.imposed ? choose_force(record, options, result)

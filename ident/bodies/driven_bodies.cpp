@@ -66,6 +66,8 @@ class DrivenBodies {
         y_per_drive_(drive == base && layout_.frame == Frame::base ? 1.0 : 0.0) {
     for (const std::string& input : layout_.inputs)
       orders_.push_back(drive == base ? order_of(input) : input == drive ? 0 : -1);
+    drives_through_lag_ =
+        layout_.lagging == drive || (drive == base && order_of(layout_.lagging) >= 0 && !layout_.sensor_lags());
     system_ = system_of(model, [this](double t, double* values, double* rates) {
       const std::array<double, 4> sine = sine_.at(t);
       for (std::size_t i = 0; i < orders_.size(); ++i) {
@@ -76,10 +78,21 @@ class DrivenBodies {
     });
   }
 
+  DrivenBodies(const DrivenBodies&) = delete;
+  DrivenBodies& operator=(const DrivenBodies&) = delete;
+
+  /// At the crest of a drive of 1: x at rest relative to what moves.
+  [[nodiscard]] VectorXd rest() const {
+    VectorXd state = VectorXd::Zero(layout_.num_states());
+    for (int i = 0; i < layout_.num_bodies; ++i) state[2 * i] = -x_per_drive_;
+    if (layout_.sensor_lags()) state.tail(1).setConstant(-x_per_drive_);
+    return state;
+  }
+
   sim::DrivenPeriod period(double frequency_hz, double amplitude, const VectorXd& start) {
     constexpr int num_points = 40;
     constexpr double away = 1e9;      // of what the drive moves a free body by
-    constexpr double nothing = 1e-9;  // of the same
+    constexpr double nothing = 1e-6;  // of the same: where friction holds, what an integration makes of rest
     sine_ = {amplitude, two_pi * frequency_hz};
     const double size = free_motion();
     const VectorXd sizes = scales(size);
@@ -87,8 +100,10 @@ class DrivenBodies {
     sim::DrivenPeriod result{.motion = {}, .end = start, .scale = sizes};
     sim::Integrator integrator(system_, start,
                                {.duration_s = 1.0 / frequency_hz,
-                                .relative_tolerance = 1e-9,
-                                .absolute_tolerance = 1e-11,
+                                .sample_rate_hz = num_points * frequency_hz,
+                                .relative_tolerance = 1e-10,
+                                .absolute_tolerance = 1e-12,
+                                .max_steps_per_output = 100.0,
                                 .divergence_bound = std::numeric_limits<double>::max()});
     std::vector<sim::Range> relative(static_cast<std::size_t>(layout_.num_bodies));
     VectorXd before = start, here = start;
@@ -131,7 +146,8 @@ class DrivenBodies {
     VectorXd result(layout_.num_states());
     for (int i = 0; i < layout_.num_bodies; ++i) result[2 * i] = size, result[2 * i + 1] = size * sine_.w;
     if (layout_.inner == Inner::hysteresis) result.tail(1).setConstant(size * sine_.w * sine_.w);
-    if (layout_.inner == Inner::lag)
+    if (layout_.sensor_lags()) result.tail(1).setConstant(size);
+    if (layout_.inner == Inner::lag && !layout_.sensor_lags())
       result.tail(1).setConstant(sine_.amplitude * std::pow(sine_.w, std::max(0, order_of(layout_.lagging))));
     return result;
   }
@@ -139,7 +155,7 @@ class DrivenBodies {
   [[nodiscard]] double free_motion() {
     const VectorXd rest = VectorXd::Zero(layout_.num_states());
     VectorXd acted_on = rest, driven = rest, alone = rest;
-    if (layout_.inner == Inner::lag) acted_on.tail(1) = scales(0.0).tail(1);
+    if (drives_through_lag_) acted_on.tail(1) = scales(0.0).tail(1);
     int all_above = 0;
     for (int i = 0; i < system_.num_switches / 2; ++i) all_above = 3 * all_above + 1;
     double largest = 0.0;
@@ -169,6 +185,7 @@ class DrivenBodies {
   BodiesLayout layout_;
   int body_;
   double x_per_drive_, y_per_drive_;
+  bool drives_through_lag_ = false;
   std::vector<int> orders_;  ///< which derivative of the drive each input is; -1: none, and zero
   Sine sine_ = {};
   sim::System system_ = {};
@@ -192,7 +209,9 @@ DriveKind kind_of_drive(const std::string& drive) {
 sim::DrivenSystem driven_bodies(const BodiesModel& model, const std::string& drive, int body) {
   check(model, drive);
   const auto bodies = std::make_shared<DrivenBodies>(model, drive, body);
-  return {.num_states = model.layout.num_states(),
+  constexpr double step = 1e-4;  // the integration's 1e-10 is a millionth of it
+  return {.rest = bodies->rest(),
+          .step = step,
           .period = [bodies](double frequency_hz, double amplitude, const VectorXd& start) {
             return bodies->period(frequency_hz, amplitude, start);
           }};

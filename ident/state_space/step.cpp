@@ -241,14 +241,14 @@ void Stepper::release(double at) {
     for (int state = 0; state < num_states_; ++state) {
       if (!rates.holds(state)) continue;
       one_.argument = one_.y;
-      one_.look(at);
+      one_.look(at, true);
       if (*rates.switch_slope(i, state) == 0.0) continue;
       rates.hold(state, false);
       double& side = *rates.sides(i);
       bool leads_away = false;
       for (const double tried : {1.0, -1.0}) {
         side = tried;
-        one_.look(at);
+        one_.look(at, true);
         leads_away = tried * *rates.switch_slope(i, state) * *rates.rate(state) > 0.0;
         if (leads_away) break;
       }

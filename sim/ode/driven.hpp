@@ -32,7 +32,8 @@ struct DrivenPeriod {
 
 /// What a sine drives, from any number of states: told of its frequency, its amplitude and the state at its crest.
 struct DrivenSystem {
-  Eigen::Index num_states = 0;
+  Eigen::VectorXd rest;  ///< the state at a crest that leaves x at rest at zero, over the amplitude
+  double step = 1e-6;    ///< of the states' scales: moved by as little the end of a period moves in proportion
   std::function<DrivenPeriod(double frequency_hz, double amplitude, const Eigen::VectorXd& start)> period;
 };
 

@@ -147,6 +147,7 @@ OscillatorPeriod run_period(const DrivenOscillator& oscillator, double frequency
 }
 
 DrivenSystem driven_system(DrivenOscillator oscillator) {
+  const double x_per_drive = oscillator.x_per_drive;
   const auto period = [oscillator = std::move(oscillator)](double frequency_hz, double amplitude,
                                                            const Eigen::VectorXd& start) {
     constexpr int num_steps = 40;
@@ -159,7 +160,7 @@ DrivenSystem driven_system(DrivenOscillator oscillator) {
                         .scale = Eigen::Vector2d(scale, scale * two_pi * frequency_hz),
                         .finite = std::isfinite(end.v) && std::abs(end.q) <= away * amplitude};
   };
-  return {.num_states = 2, .period = period};
+  return {.rest = Eigen::Vector2d(-x_per_drive, 0.0), .period = period};
 }
 
 }  // namespace sim

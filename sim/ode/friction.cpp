@@ -46,10 +46,14 @@ bool release(const Switches& switches, double t, const double* y, Sides& sides) 
 int starting_mode(const Switches& switches, double t, const double* y) {
   Sides sides;
   sides.fill(1.0);
-  for (int i = 0; i < switches.count; ++i) {
-    const double value = switches.value(i, t, y);
-    sides[i] = value == 0.0 ? side_after(switches, i, t, y, sides) : value < 0.0 ? -1.0 : 1.0;
-  }
+  for (int i = 0; i < switches.count; ++i)
+    if (const double value = switches.value(i, t, y); value != 0.0) sides[i] = value < 0.0 ? -1.0 : 1.0;
+  // At zero each of several that can hold does, until what the others leave it to hold lets it go.
+  for (int i = 0; i < switches.count; ++i)
+    if (switches.value(i, t, y) == 0.0)
+      sides[i] = switches.count > 1 && switches.rates_at_zero(i, t, y, sides.data())
+                     ? 0.0
+                     : side_after(switches, i, t, y, sides);
   while (switches.count > 1 && release(switches, t, y, sides)) continue;
   return mode_of(sides, switches.count);
 }

@@ -68,29 +68,37 @@ class Shooting {
     return driven_.period(frequency_hz_, amplitude_, state);
   }
 
-  /// The stable periodic motion that Newton's method reaches from a state without leaving its neighbourhood.
+  /// The periodic motion that Newton's method reaches from a state without leaving its neighbourhood, where it is
+  /// stable.
   [[nodiscard]] std::optional<VectorXd> periodic_near(const VectorXd& from, const VectorXd& scale) const {
-    constexpr double step = 1e-6;
     constexpr int max_iterations = 6;
+    constexpr double straight = 1e-3;
+    const double step = driven_.step;
     const auto mapped = [&](const VectorXd& z) -> VectorXd {
       return run(z.cwiseProduct(scale)).end.cwiseQuotient(scale);
     };
     const VectorXd start = from.cwiseQuotient(scale);
     const Eigen::Index n = start.size();
     VectorXd z = start;
+    double first_gap = 0.0;
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       // The orbit itself rests where it rests: only a state off its neighbours says how it answers.
       const VectorXd after = mapped(z), gap = after - z;
+      if (iteration == 0) first_gap = gap.norm();
+      // Where one step ends the gap the way is straight: a transient, however slowly it fades, fades to that orbit.
+      const bool is_straight = gap.norm() <= straight * first_gap;
+      if (iteration > 0 && !is_straight && !((z - start).norm() <= options_.nearness)) return std::nullopt;
       MatrixXd map(n, n);
       for (Eigen::Index k = 0; k < n; ++k) {
         VectorXd moved = z;
         moved[k] += step;
         map.col(k) = (mapped(moved) - after) / step;
       }
-      if (!is_contracting(map)) return std::nullopt;
-      if (gap.norm() <= options_.tolerance) return z.cwiseProduct(scale);
+      if (gap.norm() <= options_.tolerance) {
+        if (!is_contracting(map)) return std::nullopt;
+        return z.cwiseProduct(scale);
+      }
       z += dsp::least_squares(MatrixXd::Identity(n, n) - map, gap);
-      if (!((z - start).norm() <= options_.nearness)) return std::nullopt;
     }
     return std::nullopt;
   }
@@ -121,7 +129,7 @@ struct Sweep {
 Sweep sweep(const DrivenSystem& driven, const std::vector<double>& frequencies_hz, double amplitude,
             const SteadyOptions& options) {
   Sweep result;
-  VectorXd state = VectorXd::Zero(driven.num_states);
+  VectorXd state = amplitude * driven.rest;
   for (const double f : frequencies_hz) {
     const Settled settled = Shooting(driven, f, amplitude, options).settle(state);
     if (!settled.finite) {
@@ -152,6 +160,7 @@ Located locate(const DrivenSystem& driven, const Sweep& swept, SweepChange wante
     while (std::abs(beyond.frequency_hz - here.frequency_hz) > options.locate_hz) {
       const double middle_hz = 0.5 * (here.frequency_hz + beyond.frequency_hz);
       const Settled settled = Shooting(driven, middle_hz, amplitude, options).settle(state);
+      if (!settled.finite) return {};
       const bool passed = before.locked != swept.points[k].locked
                               ? settled.point.locked == swept.points[k].locked
                               : change_between(before, settled.point, jump_factor) != SweepChange::none;

@@ -10,7 +10,8 @@ struct SteadyOptions {
   int num_natural_periods = 6;  ///< integrated before the periodic motion is looked for: the way is found by dynamics
   int max_periods = 3000;       ///< of one frequency, after which it counts as unsettled
   double tolerance = 1e-8;      ///< change of state over a period, as a fraction of the amplitude
-  double nearness = 0.1;        ///< a periodic motion further off than this fraction of the amplitude is another one
+  double nearness = 0.1;        ///< a periodic motion further off than this fraction of the amplitude is another one,
+                                ///< unless the way to it is straight
   double locate_hz = 1e-5;      ///< jumps are located to this, and what is steep but no jump is left out; 0: neither
   std::function<void()> poll = {};  ///< called for every period computed; may throw to stop
 };

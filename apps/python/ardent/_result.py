@@ -262,10 +262,10 @@ class Result(_Folder):
             return Prediction(place.folder, place.kept, said.text)
 
     def frc(self, folder: Optional[Path] = None, *, range: str = "", method: str = "", body: int = 0, input: str = "",
-            draws: int = 40, static_friction: Optional[float] = None, set: "Optional[dict[str, object]]" = None, seed: int = 1,
-            force: bool = False, num_threads: int = 0) -> Response:
-        """`ardent frc`: frequency response, up and down; of several bodies that of one to one input. `set`: from_hz, to_hz, step_hz, amplitude_mm (amplitude of a
-        force)."""
+            draws: int = 40, static_friction: Optional[float] = None, set: "Optional[dict[str, object]]" = None,
+            seed: int = 1, force: bool = False, num_threads: int = 0) -> Response:
+        """`ardent frc`: frequency response, up and down; of several bodies that of one to one input. `set`: from_hz,
+        to_hz, step_hz, amplitude_mm (amplitude of a force)."""
         from ._identify import Place
 
         options = [f"--draws={draws}", f"--seed={seed}"]
