@@ -165,10 +165,10 @@ TEST_CASE("what an hour more of a record takes", "[apps][memory]") {
         support::expect(folder, "$ARDENT -q run rig" + name + "/recording.wav --threads 1 -o run" + name, 0, {});
     peak_mb[i] = 1.024e-3 * static_cast<double>(ended.peak_kb);
   }
-  // 33 numbers for each sample at 256 Hz: ten signals, a third as many of what is restored at switches, columns and
-  // results at the lower rate of the fit. 247.5 MB measured,
-  // 241 to 251 where addresses cannot be fixed.
-  CHECK((peak_mb[1] - peak_mb[0]) / (hours[1] - hours[0]) < 255.0);
+  // 34 numbers for each sample at 256 Hz: ten signals, a third as many of what is restored at switches, columns and
+  // results at the lower rate of the fit. 247 to 256 MB measured, as the pages of either run fall; a number more
+  // is 7.4.
+  CHECK((peak_mb[1] - peak_mb[0]) / (hours[1] - hours[0]) < 260.0);
 }
 
 TEST_CASE("a hundred thousand columns are listed quickly, and refused before they take more than is allowed",
