@@ -105,18 +105,19 @@ Responding several_bodies(const ResponseArguments& arguments, EquationResponse& 
                      .takes_static_friction = false};
   for (const ident::Model& one : models_of(model, found.length))
     result.equation.text += (result.equation.text.empty() ? "" : "; ") + to_text(one);
-  Responding responding{.swept = {.drive = ident::kind_of_drive(input),
-                                  .input = input,
-                                  .free_hz = {},
-                                  .none_because = "at rest no mode swings"},
-                        .driven = ident::driven_bodies(model, input, body),
-                        .draws = [=](const auto& sweep, const auto& options) {
-                          return ident::response_draws(sweep, options, [&](std::size_t k) {
-                            ident::BodiesModel drawn = model;
-                            drawn.mean = ident::drawn_coefficients(model.mean, model.covariance, options.seed, k);
-                            return ident::DrawnSystem{.driven = ident::driven_bodies(drawn, input, body)};
-                          });
-                        }};
+  Responding
+      responding;  // member by member: what is thrown amid an aggregate's members has them destroyed twice (g++ 12)
+  responding.driven = ident::driven_bodies(model, input, body);
+  responding.draws = [=](const auto& sweep, const auto& options) {
+    return ident::response_draws(sweep, options, [&](std::size_t k) {
+      ident::BodiesModel drawn = model;
+      drawn.mean = ident::drawn_coefficients(model.mean, model.covariance, options.seed, k);
+      return ident::DrawnSystem{.driven = ident::driven_bodies(drawn, input, body)};
+    });
+  };
+  responding.swept.drive = ident::kind_of_drive(input);
+  responding.swept.input = input;
+  responding.swept.none_because = "at rest no mode swings";
   for (const ident::Mode& mode : ident::modes_of(model.layout, model.terms, model.mean, model.covariance)) {
     auto& hz = responding.swept.free_hz;
     hz = {hz ? hz->first : mode.frequency_hz, mode.frequency_hz};  // slowest first
