@@ -105,8 +105,7 @@ Responding several_bodies(const ResponseArguments& arguments, EquationResponse& 
                      .takes_static_friction = false};
   for (const ident::Model& one : models_of(model, found.length))
     result.equation.text += (result.equation.text.empty() ? "" : "; ") + to_text(one);
-  Responding
-      responding;  // member by member: what is thrown amid an aggregate's members has them destroyed twice (g++ 12)
+  Responding responding;  // not as an aggregate: where a member throws, g++ 12 destroys those before it twice
   responding.driven = ident::driven_bodies(model, input, body);
   responding.draws = [=](const auto& sweep, const auto& options) {
     return ident::response_draws(sweep, options, [&](std::size_t k) {

@@ -130,32 +130,31 @@ Rows library_rows() {
     const auto only = table.texts(key);
     if (only) config.library.order = 0, config.library.terms = *only;
   };
-  return {section("library", "Candidate terms of the equation. `ardent help terms` says what a term may be."),
-          Row::of("order", library(&Options::order), {.range = {.from = 0, .to = 24}},
-                  "All products of the variables up to this degree are candidates; 0: none but `terms`.")
-              .varied(),
-          Row::of("variables", library(&Options::variables), {}, "Signals of which products are formed."),
-          Row::custom("only", {.text = true, .several = true},
-                      "These candidates and no others, instead of order and terms: [\"x\", \"v\", \"ddr\"].", "",
-                      "order and terms count", read_only),
-          Row::of("terms", library(&Options::terms), {},
-                  "Further candidates: [\"abs(x)*x\", \"sin(x)\"]. With order above 0, sgn(v) and every recorded input "
-                  "(ddr, f and other channels in N, N*m, Pa, V or A) are candidates in any case."),
-          Row::of("constant", library(&Options::constant), {},
-                  "Whether the constant \"1\" is a candidate beside the products."),
-          Row::choice(
-              "inner", &Config::inner,
-              {{"none", ident::Inner::none}, {"hysteresis", ident::Inner::hysteresis}, {"lag", ident::Inner::lag}},
-              "A state z that nothing recorded, sought from the motion of one body whose displacement was; it "
-              "is kept where the samples ask for it. \"hysteresis\": a force with a memory; the equation of the "
-              "acceleration has -z, and z has one of its own. \"lag\": z follows a recorded input as an "
-              "actuator of first order does, and acts in its place; or it follows x, and is what a slow displacement "
-              "sensor shows. With fit.target = \"f\" the motion was "
-              "imposed and f, the force that it took, has z as a part. Beside it order, constant, terms and only "
-              "count.",
-              "\"none\""),
-          Row::of("max_terms", library(&Options::max_terms), {.range = {.from = 1, .to = 10000}},
-                  "A larger library is refused before anything is computed.")};
+  return {
+      section("library", "Candidate terms of the equation. `ardent help terms` says what a term may be."),
+      Row::of("order", library(&Options::order), {.range = {.from = 0, .to = 24}},
+              "All products of the variables up to this degree are candidates; 0: none but `terms`.")
+          .varied(),
+      Row::of("variables", library(&Options::variables), {}, "Signals of which products are formed."),
+      Row::custom("only", {.text = true, .several = true},
+                  "These candidates and no others, instead of order and terms: [\"x\", \"v\", \"ddr\"].", "",
+                  "order and terms count", read_only),
+      Row::of("terms", library(&Options::terms), {},
+              "Further candidates: [\"abs(x)*x\", \"sin(x)\"]. With order above 0, sgn(v) and every recorded input "
+              "(ddr, f and other channels in N, N*m, Pa, V or A) are candidates in any case."),
+      Row::of("constant", library(&Options::constant), {},
+              "Whether the constant \"1\" is a candidate beside the products."),
+      Row::choice("inner", &Config::inner,
+                  {{"none", ident::Inner::none}, {"hysteresis", ident::Inner::hysteresis}, {"lag", ident::Inner::lag}},
+                  "A state z that nothing recorded, sought from the motion of one body whose displacement was; it "
+                  "is kept where the samples ask for it. \"hysteresis\": a force with a memory; the equation of the "
+                  "acceleration has -z, and z has one of its own. \"lag\": z follows a recorded input as an "
+                  "actuator of first order does, and acts in its place; or it follows x, and is what a slow "
+                  "displacement sensor shows. With fit.target = \"f\" the motion was imposed and f, the force that it "
+                  "took, has z as a part. Beside it order, constant, terms and only count.",
+                  "\"none\""),
+      Row::of("max_terms", library(&Options::max_terms), {.range = {.from = 1, .to = 10000}},
+              "A larger library is refused before anything is computed.")};
 }
 
 Rows segment_rows() {

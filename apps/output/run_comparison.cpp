@@ -247,9 +247,11 @@ RunComparison compare_runs(const std::vector<fs::path>& run_folders, const fs::p
     result.changes = changes_between(run_folders);
     if (!result.truth.is_null()) {
       const bool of_recording = std::none_of(run_folders.begin(), run_folders.end(), is_of_exact_motion);
-      for (RangeComparison& one : result.ranges)
-        for (const auto& [name, label] : one.of_coefficients ? one.terms : std::vector<ComparedTerm>())
+      for (RangeComparison& one : result.ranges) {
+        if (!one.of_coefficients) continue;
+        for (const auto& [name, label] : one.terms)
           one.truth[label] = true_value(result.truth, of_recording, target_of(one), name);
+      }
     }
     for (const RangeComparison& one : result.ranges) (void)grid_of(one);  // whatever an edited file lacks shows here
     return result;
