@@ -15,6 +15,7 @@
 #include "dsp/filter/strongest_line.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/io/units.hpp"
+#include "dsp/samples/sample_checks.hpp"
 
 namespace dsp {
 namespace {
@@ -121,6 +122,9 @@ constexpr std::array role_words{
     Word{"vitesse", none, Kind::velocity},
     Word{"acc", none, Kind::acceleration},
     Word{"accel", none, Kind::acceleration, true},
+    Word{"ax", none, Kind::acceleration},
+    Word{"ay", none, Kind::acceleration},
+    Word{"az", none, Kind::acceleration},
     Word{"beschl", none, Kind::acceleration, true},
     Word{"acel", none, Kind::acceleration, true},
     Word{"force", none, Kind::force},
@@ -269,15 +273,12 @@ std::string in_words(const std::vector<Channel>& channels, const std::vector<Cha
   return found.empty() ? "no channels" : fmt::format("{}", fmt::join(found, ", "));
 }
 
-/// "g" or "m/s^2" where the means of the channels without a unit make gravity together; else empty.
-std::string unit_by_gravity(const std::vector<Channel>& channels, const std::vector<ChannelLook>& looks) {
+/// The line that says a unit where the means of the channels without one make gravity together; else empty.
+std::string line_by_gravity(const std::vector<Channel>& channels, const std::vector<ChannelLook>& looks) {
   double square = 0.0;
   for (std::size_t i = 0; i < looks.size(); ++i)
     if (channels[i].unit.empty()) square += looks[i].mean * looks[i].mean;
-  constexpr double off = 0.05;  // of gravity: a cheap sensor's error and the place on earth
-  for (const char* unit : {"g", "m/s^2"})
-    if (std::abs(std::sqrt(square) * find_unit(unit).factor / find_unit("g").factor - 1.0) < off) return unit;
-  return "";
+  return line_of_gravity(std::sqrt(square));
 }
 
 /// The only unit for a role among texts that a file has beside its numbers, "displacement units ('in')"; else empty.
@@ -321,16 +322,15 @@ Proposal proposal_by_looks(const std::vector<Channel>& channels, const std::vect
     if (info_of(channels[i].role).order >= 0 || quantity == Kind::force || !(span > widest)) continue;
     widest = span;
     proposal.channel = static_cast<std::ptrdiff_t>(i);
-    const std::string gravity = unit_by_gravity(channels, looks);
+    const std::string gravity = line_by_gravity(channels, looks);
     const Role role = quantity == Kind::input ? Role::x  // a sensor's volts
                       : quantity              ? motion_signal(Body::relative, static_cast<int>(*quantity)).role
                       : gravity.empty()       ? Role::x
                                               : Role::a;
     proposal.lines = fmt::format("role = \"{}\"  # it moves most\n", to_string(role));
     if (channels[i].unit.empty())
-      proposal.lines += role == Role::a && !gravity.empty()
-                            ? fmt::format("unit = \"{}\"  # the means are gravity\n", gravity)
-                            : unit_line(role, checks);
+      proposal.lines +=
+          role == Role::a && !gravity.empty() ? gravity + "  # the means are gravity\n" : unit_line(role, checks);
   }
   return proposal;
 }

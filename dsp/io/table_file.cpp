@@ -310,18 +310,24 @@ class TableFile : public RowsOnClock {
                                 time, time, time, time, of, of, of, time, of, is, path, path));
   }
 
-  // Where a recorder began anew.
+  // Where a recorder began anew, or wrote the newest row first.
   void refuse_backwards(const Stamps& stamps) const {
     const auto& time_s = stamps.time_s;
     const auto before = std::adjacent_find(time_s.begin(), time_s.end(), std::greater<>());
     if (before == time_s.end()) return;
     const std::int64_t line = stamps.line(static_cast<std::size_t>(before - time_s.begin()) + 1);
     const std::string path = path_to_paste(*file_);
+    const bool newest_first = std::is_sorted(time_s.begin(), time_s.end(), std::greater<>());
+    const std::string remedy =
+        newest_first ? fmt::format(
+                           "The newest row is first. Turn them round: "
+                           "(head -n {0} '{2}'; tail -n +{1} '{2}' | tac) > '{2}.forwards'",
+                           layout_.first_line - 1, layout_.first_line, path)
+                     : fmt::format("If the recorder began anew, read what is before it: head -n {} '{}' > '{}.part'",
+                                   line - 1, path, path);
     throw Fault(
         FaultKind::input, "clock.backwards",
-        fmt::format("{}:{}: time goes back from {} to {} s. If the recorder began anew, read what is before it: "
-                    "head -n {} '{}' > '{}.part'",
-                    file_->name(), line, *before, *(before + 1), line - 1, path, path));
+        fmt::format("{}:{}: time goes back from {} to {} s. {}", file_->name(), line, *before, *(before + 1), remedy));
   }
 
   // Rows that a recorder wrote twice.

@@ -17,7 +17,8 @@ constexpr Index frames_to_learn = 4096;  ///< that tell how large steps are
 constexpr std::size_t around = 16;       ///< values on either side that tell it of their place
 constexpr Index context = 64;            ///< frames: most of which are values
 constexpr std::size_t most_in_a_row = 3;
-constexpr double beyond = 10.0;            ///< of steps: noise of any usual kind stays below a third of it
+constexpr double beyond = 10.0;           ///< of steps: noise of any usual kind stays below a third of it
+constexpr double return_fraction = 0.05;  ///< of the way out that may be missing on the way back: a code stands far off
 constexpr std::ptrdiff_t least_alike = 3;  ///< of one number, where a shock may be as high
 
 /// The values of a channel that are not missing, and where they are.
@@ -54,10 +55,10 @@ std::size_t num_alone(const std::vector<double>& values, std::size_t at, double 
     const bool is_last = at + count == values.size();
     if (at == 0 && is_last) return 0;
     const double behind = is_last ? values[at - 1] : values[at + count], before = at == 0 ? behind : values[at - 1];
-    const auto first = values.begin() + static_cast<std::ptrdiff_t>(at);
-    if (std::abs(before - behind) <= 0.5 * least &&
-        std::all_of(first, first + static_cast<std::ptrdiff_t>(count),
-                    [&](double x) { return std::min(std::abs(x - before), std::abs(x - behind)) > least; }))
+    double distance = std::numeric_limits<double>::infinity();
+    for (std::size_t i = at; i < at + count; ++i)
+      distance = std::min({distance, std::abs(values[i] - before), std::abs(values[i] - behind)});
+    if (distance > least && std::abs(before - behind) <= std::max(0.5 * least, return_fraction * distance))
       return count;
   }
   return 0;

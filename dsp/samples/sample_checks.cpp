@@ -102,22 +102,6 @@ double SampleStatistics::repeats() const {
          static_cast<double>(std::max<std::int64_t>(num_changes_, 1));
 }
 
-namespace {
-
-// What a mean says that is gravity in g, mg, mm/s^2 or the counts of a usual converter; empty where it is none of them.
-std::string line_by_gravity(double mean) {
-  constexpr double off = 0.05;  // of gravity: a cheap sensor's error
-  const auto is = [&](double gravity_reading) { return std::abs(mean / gravity_reading - 1.0) < off; };
-  if (is(1.0)) return "unit = \"g\"";
-  if (is(1e3)) return "unit = \"mg\"";
-  if (is(1e3 * gravity)) return "unit = \"mm/s^2\"";
-  for (const double counts : {256.0, 512.0, 1024.0, 2048.0, 4096.0, 8192.0, 16384.0})
-    if (is(counts)) return fmt::format("full_scale = \"{:.9g} g\"", 1.0 / counts);
-  return "";
-}
-
-}  // namespace
-
 std::vector<Check> SampleStatistics::checks(const Channel& channel, double cell_s, double sample_rate_hz) const {
   if (constant())
     return {
@@ -132,8 +116,8 @@ std::vector<Check> SampleStatistics::checks(const Channel& channel, double cell_
   checks.push_back({"sample.offset", channel.name,
                     std::abs(offset) > 0.1 * spread ? CheckStatus::note : CheckStatus::ok, offset, 0.1 * spread,
                     fmt::format("mean {:.6g} {}", offset, channel.unit)});
-  if (const std::string line = line_by_gravity(std::abs(offset));
-      channel.unit_is_assumed && info_of(channel.role).order == 2 && !line.empty())
+  if (const std::string line = line_of_gravity(offset);
+      channel.unit_is_assumed && info_of(channel.role).order == 2 && !line.empty() && line != "unit = \"m/s^2\"")
     checks.push_back({"sample.gravity", channel.name, CheckStatus::warning, offset, 0.0,
                       fmt::format("its mean is {:.5g}, which may be gravity, but {} was assumed. If it is gravity, "
                                   "write {} under its [[channel]] in the sidecar",
@@ -161,6 +145,17 @@ std::vector<Check> SampleStatistics::checks(const Channel& channel, double cell_
                          spike_.largest, channel.unit, static_cast<double>(spike_.first_cell) * cell_s,
                          static_cast<double>(spike_.largest_cell) * cell_s)});
   return checks;
+}
+
+std::string line_of_gravity(double mean) {
+  constexpr double off = 0.05;  // of gravity: a cheap sensor's error and the place on earth
+  const auto is = [&](double reading) { return std::abs(std::abs(mean) / reading - 1.0) < off; };
+  using Reading = std::pair<const char*, double>;
+  for (const auto& [unit, reading] : {Reading{"g", 1.0}, {"m/s^2", gravity}, {"mg", 1e3}, {"mm/s^2", 1e3 * gravity}})
+    if (is(reading)) return fmt::format("unit = \"{}\"", unit);
+  for (const double counts : {256.0, 512.0, 1024.0, 2048.0, 4096.0, 8192.0, 16384.0})
+    if (is(counts)) return fmt::format("full_scale = \"{:.9g} g\"", 1.0 / counts);
+  return "";
 }
 
 }  // namespace dsp

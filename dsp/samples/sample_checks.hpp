@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "dsp/recording.hpp"
@@ -60,5 +61,9 @@ class SampleStatistics {
   Burst burst_;
   Spike spike_;
 };
+
+/// The line of a [[channel]] by which a mean of such size is gravity: `unit` is g, m/s^2, mg or mm/s^2, or the counts
+/// of a usual converter make 1 g; empty where it is none of them.
+[[nodiscard]] std::string line_of_gravity(double mean);
 
 }  // namespace dsp

@@ -158,6 +158,20 @@ TEST_CASE("a clock that goes back, repeats or trembles is refused with its line"
   CHECK_FALSE(std::filesystem::exists(folder / "run"));
 }
 
+TEST_CASE("rows of which the newest is first are turned round by the line that is shown", "[apps][faults]") {
+  const Scratch folder;
+  (void)folder.file("new'est.csv",
+                    table(2000, [&](int i) { return decay(1999 - i, std::to_string(0.01 * (1999 - i))); }));
+  const support::Ended refused = support::run(folder, "$ARDENT run \"new'est.csv\" -o run");
+  CHECK(refused.code == 3);
+  const std::string ask = "Turn them round: ";
+  const auto at = refused.err.find(ask);
+  REQUIRE(at != std::string::npos);
+  const std::string line = refused.err.substr(at + ask.size(), refused.err.find('\n', at) - at - ask.size());
+  CHECK(support::run(folder, line).code == 0);
+  expect(folder, "$ARDENT info \"new'est.csv.forwards\"", 0, {"100 Hz", "2000"});
+}
+
 TEST_CASE("a clock that trembles within a hundredth of a step keeps its round rate, with a warning", "[apps][faults]") {
   const Scratch folder;
   for (const double late : {0.004, 0.008}) {  // of a step, every other stamp

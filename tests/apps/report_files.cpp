@@ -182,7 +182,8 @@ TEST_CASE("a size that no vibration has is asked for, with the line that mends i
                              Table{"time_s,x_mm", "clock.slow", "", 1000.0, 0.0, 9.0},
                              Table{"t,theta", "sample.size", "theta", 1.0, 0.0, 20.0},
                              Table{"t,acc", "sample.gravity", "acc", 1.0, 256.0, 100.0},
-                             Table{"t,acc", "sample.gravity", "acc", 1.0, 1.0, 0.3}}) {
+                             Table{"t,acc", "sample.gravity", "acc", 1.0, 1.0, 0.3},
+                             Table{"t,ax", "sample.gravity", "ax", 1.0, -1.0, 0.3}}) {
     INFO(table.header << " " << table.offset);
     std::string text = table.header + std::string("\n");
     for (int i = 0; i < 3000; ++i) {

@@ -68,6 +68,17 @@ TEST_CASE("codes of a sensor that failed are missing values, whatever the blocks
   }
 }
 
+TEST_CASE("codes between values that move on are missing, however far the motion goes meanwhile",
+          "[dsp][isolated_values]") {
+  const double code = GENERATE(-9999.0, 9.9e37);
+  dsp::FrameBlock frames(4000, 1);
+  for (Index i = 0; i < frames.rows(); ++i)  // five decades of a decay: its first steps are far above the usual ones
+    frames(i, 0) = 5.0 * std::exp(-3e-3 * static_cast<double>(i)) * std::cos(0.15 * static_cast<double>(i));
+  const std::vector<Index> where{30, 31, 61, 500, 3000};
+  for (const Index i : where) frames(i, 0) = code;
+  CHECK(through(frames, displacement).missing == where);
+}
+
 TEST_CASE("what moves, rings or is struck has no isolated values", "[dsp][isolated_values]") {
   SECTION("motion, also coarse, and short records") {
     for (const double step : {0.0, 0.03, 0.5})
