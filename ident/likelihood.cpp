@@ -26,12 +26,13 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::size_t;
 
+std::vector<int> as_terms(const std::vector<Index>& positions) {
+  return {positions.begin(), positions.end()};
+}
+
 /// Those of the regression.
 std::vector<int> terms_of_rows(const RangeData& data) {
-  std::vector<int> terms;
-  if (data.evidence.terms)
-    for (const Index position : *data.evidence.terms) terms.push_back(static_cast<int>(position));
-  return terms;
+  return data.evidence.terms ? as_terms(*data.evidence.terms) : std::vector<int>{};
 }
 
 /// With all candidates (none named) where they are few, from which the search does best.
@@ -70,6 +71,18 @@ void take_sensors(Likelihood& result, const state_space::Problem& problem, const
   }
 }
 
+void take_wanders(Likelihood& result, const state_space::Problem& problem, const state_space::Fit& fit,
+                  const dsp::Recording& recorded) {
+  size_t state = problem.equations.states.size();
+  for (const state_space::Channel& channel : problem.channels) {
+    if (!channel.has_own_state()) continue;
+    const double std = fit.noise.process[state++] * std::sqrt(problem.sample_rate_hz);
+    const auto of = std::find_if(recorded.channels.begin(), recorded.channels.end(),
+                                 [&](const dsp::Channel& one) { return one.name == channel.name; });
+    if (channel.wanders) result.wanders.push_back({channel.name, of->unit, std});
+  }
+}
+
 std::optional<Explanation> missing_of(const state_space::Selection& selection, const Statement& statement,
                                       const RangeData& data) {
   const auto found_outside =
@@ -103,6 +116,12 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   const state_space::Selection selection =
       state_space::select(problem, {.fit = {.terms = first, .num_threads = num_threads}, .barred = barred});
   const state_space::Fit& fit = selection.fit;
+  const auto num_priced =
+      std::count_if(fit.parameters.begin(), fit.parameters.end(), [&](int at) { return at < num_terms; }) +
+      std::count_if(problem.channels.begin(), problem.channels.end(),
+                    [](const state_space::Channel& channel) { return channel.wanders; });
+  result.cost = selection.hopeless ? -std::numeric_limits<double>::infinity()
+                                   : fit.J + selection.price * static_cast<double>(num_priced);
   if (!fit.converged()) {
     result.is_restless = !fit.settled && !selection.hopeless;
     result.silent_because =
@@ -134,7 +153,34 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   result.price = selection.price;
   result.gain_of_process_noise = fit.gain_of_process_noise;
   result.unexplained_std = unexplained_of(fit, problem, recordings[rows.train.front().recording]);
+  take_wanders(result, problem, fit, *recordings[rows.train.front().recording].prepared->recorded);
   return result;
+}
+
+/// With zeros that wander, of the channels that may; nothing where none may.
+std::optional<Statement> with_wander(Statement statement) {
+  bool any = false;
+  for (state_space::Channel& channel : statement.problem.channels)
+    if (!channel.rate && !channel.has_own_state()) channel.wanders = any = true;
+  return any ? std::optional(std::move(statement)) : std::nullopt;
+}
+
+/// Positions of these terms, and of x and v, which slow noise hides first.
+std::vector<int> with_spring_and_damper(const std::vector<Index>& terms, const RangeData& data) {
+  std::vector<int> positions;
+  for (size_t i = 0; i < data.terms.size(); ++i) {
+    const std::string& name = data.library.terms[static_cast<size_t>(data.terms[i])].name;
+    if (name == "x" || name == "v" || std::find(terms.begin(), terms.end(), data.terms[i]) != terms.end())
+      positions.push_back(static_cast<int>(i));
+  }
+  return positions;
+}
+
+/// Whether it is worth a search: with the terms that were found it is likelier than they were, if any were.
+bool is_likelier(const Statement& wandering, const std::vector<int>& terms, const Likelihood& found, int num_threads) {
+  if (!found.speaks()) return true;
+  const state_space::Fit fit = state_space::fit(wandering.problem, {.terms = terms, .num_threads = num_threads});
+  return fit.converged() && fit.J + found.price * static_cast<double>(terms.size() + 1) < found.cost;
 }
 
 /// Without those whose square over the wider variance of a regression on the same terms is below its price there, the
@@ -160,14 +206,14 @@ std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData
     others.erase(others.begin() + weakest), positions.erase(positions.begin() + weakest);
     mean = VectorXd(mean(others)), covariance = MatrixXd(covariance(others, others));
   }
-  return {positions.begin(), positions.end()};
+  return as_terms(positions);
 }
 
 }  // namespace
 
 Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
                          const std::vector<Columns>& recordings, const IdentifyOptions& options) {
-  const Statement statement = statement_of(range, rows.train, rows.test.empty(), data, recordings);
+  Statement statement = statement_of(range, rows.train, rows.test.empty(), data, recordings);
   if (!statement.obstacle.empty()) return {.silent_because = statement.obstacle};
   std::vector<int> among(data.terms.size());
   std::iota(among.begin(), among.end(), 0);
@@ -177,6 +223,18 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   const std::vector<int> first = first_terms(data);
   Likelihood result = select(among, first);
   if (result.is_restless && first.empty()) result = select(among, terms_of_rows(data));
+  if (!result.speaks() || result.has_unexplained()) {
+    const std::vector<int> found = result.speaks() ? with_spring_and_damper(result.terms, data) : first;
+    if (std::optional<Statement> wandering = with_wander(statement);
+        wandering && is_likelier(*wandering, found, result, options.num_threads)) {
+      std::swap(statement, *wandering);
+      Likelihood other = select(among, found);
+      if (other.speaks() && other.cost < result.cost)
+        result = std::move(other);
+      else
+        std::swap(statement, *wandering);
+    }
+  }
   if (!result.speaks() || !result.has_unexplained()) return result;
   const std::vector<int> worth = worth_their_price(result, data, options);
   return worth.size() == result.terms.size() ? result : select(worth, worth);
@@ -187,6 +245,9 @@ std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range
   Statement statement = statement_of(range, rows, true, data, recordings);
   if (!statement.obstacle.empty()) return std::nullopt;
   state_space::Problem& problem = statement.problem;
+  for (state_space::Channel& channel : problem.channels)
+    channel.wanders = std::any_of(likelihood.wanders.begin(), likelihood.wanders.end(),
+                                  [&](const Likelihood::Wander& one) { return one.channel == channel.name; });
   std::vector<state_space::Term>& terms = problem.equations.terms;
   std::erase_if(terms, [](const state_space::Term& term) { return !term.known.has_value(); });
   for (size_t i = 0; i < likelihood.terms.size(); ++i)

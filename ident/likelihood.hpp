@@ -30,8 +30,15 @@ struct Likelihood {
   Value zero, lag_s;                    ///< of x as it was recorded
   std::vector<SensorEstimate> sensors;  ///< all parameters of the channels
   double num_samples = 0.0;             ///< recorded, of all channels
-  double price = 0.0;                   ///< by which -2 log likelihood must fall for a term to be kept
-  double gain_of_process_noise = 0.0;   ///< by how much that falls where the equation need not hold exactly
+  /// How far the zero of a channel that wanders goes in a second (state_space::Channel).
+  struct Wander {
+    std::string channel, unit;
+    double std = 0.0;
+  };
+  std::vector<Wander> wanders;
+  double cost = 0.0;                   ///< -2 log likelihood, with the price of terms and wanders
+  double price = 0.0;                  ///< by which -2 log likelihood must fall for a term to be kept
+  double gain_of_process_noise = 0.0;  ///< by how much that falls where the equation need not hold exactly
   double unexplained_std = 0.0;  ///< m/s^2: white, within the band of the columns, what the equation does not explain
   /// A recorded signal or a usual form that is no candidate, with which the equation is better by odds of 150; the
   /// best.
@@ -45,7 +52,9 @@ struct Likelihood {
 /// Of the training rows of a range: `data` has its candidates. It speaks for one equation for a body whose relative
 /// displacement, velocity or acceleration was recorded, with inputs that were recorded too or none, and where the fit
 /// reached the channels' own noise.
-/// Where something remains that the equation does not explain, what a term is worth is counted by the wider interval of
+/// Where something remains that the equation does not explain, or the fit did not reach the channels' noise, the zeros
+/// of displacements and velocities may wander, if that makes the record likelier by the price of a term each. What a
+/// term is worth is counted by the wider interval of
 /// the regression, which knows how seldom a misfit comes back, and terms that are not worth their price then are left
 /// out.
 [[nodiscard]] Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,

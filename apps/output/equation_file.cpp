@@ -60,6 +60,9 @@ Json stage_json(const ident::RangeResult& range, const ident::JudgedFit& fit) {
   row["num_samples"] = std::llround(likelihood.num_samples);
   row["gain_of_process_noise"] = likelihood.gain_of_process_noise;
   row["unexplained_std"] = likelihood.unexplained_std;
+  row["wander_per_sqrt_s"] = Json::object();
+  for (const ident::Likelihood::Wander& wander : likelihood.wanders)
+    row["wander_per_sqrt_s"][wander.channel] = wander.std;
   return row;
 }
 

@@ -241,13 +241,17 @@ std::string report_text(const std::vector<ident::RangeResult>& ranges) {
 std::string stage_text(const ident::RangeResult& range, const ident::JudgedFit& fit) {
   const std::string_view method = to_string(fit.fit.method);
   const ident::Likelihood& likelihood = range.likelihood;
-  if (fit.by_likelihood)
-    return fmt::format("the likelihood of {:.0f} recorded samples (method {} before it){}", likelihood.num_samples,
-                       method,
-                       likelihood.has_unexplained()
-                           ? fmt::format("; what the equation does not explain is as much as a random {} of {:.2g} {}",
-                                         fit.model.target, likelihood.unexplained_std, fit.model.target_unit)
-                           : "");
+  if (fit.by_likelihood) {
+    std::string text =
+        fmt::format("the likelihood of {:.0f} recorded samples (method {} before it)", likelihood.num_samples, method);
+    for (const ident::Likelihood::Wander& wander : likelihood.wanders)
+      text += fmt::format("; the zero of {} wanders by {:.2g} {} in a second", printable(wander.channel), wander.std,
+                          wander.unit);
+    if (likelihood.has_unexplained())
+      text += fmt::format("; what the equation does not explain is as much as a random {} of {:.2g} {}",
+                          fit.model.target, likelihood.unexplained_std, fit.model.target_unit);
+    return text;
+  }
   return fmt::format(
       "method {}{}", method,
       likelihood.silent_because.empty() ? "" : fmt::format(" (regression: {})", likelihood.silent_because));

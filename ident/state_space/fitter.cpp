@@ -36,6 +36,13 @@ Fitter::Fitter(const Problem& problem, int num_threads)
                                      [](const Channel& channel) { return channel.rate; });
   if (has_rates || floors_.size() > num_given_channels_) softest_ = soft_scale;
   noise_.channel = floors_;
+  noise_.process = start_.scales;
+  for (size_t j = 0; j < problem.channels.size(); ++j)
+    if (problem.channels[j].wanders) {
+      const int state = problem_.model().output_state(static_cast<int>(j));
+      wanders_.push_back({state, static_cast<int>(j)});
+      noise_.process[as_size(state)] = floors_[j];
+    }
   soften(hardest);
 }
 

@@ -99,6 +99,9 @@ class Fitter {
     double* std;
     double low, high;
   };
+  struct Wander {
+    int state, channel;
+  };
   [[nodiscard]] bool look();
   [[nodiscard]] bool try_step(const std::vector<double>& step);
   [[nodiscard]] double linear_part(const Point& point) const;
@@ -128,6 +131,7 @@ class Fitter {
   std::vector<double> floors_;
   std::vector<int> speeds_, followers_,  ///< of an input, by a lag
       parameters_, all_parameters_;
+  std::vector<Wander> wanders_;  ///< states that stand for channels
   int num_threads_, parts_, num_linearised_ = 0;
   std::size_t num_given_channels_;
   Point point_;

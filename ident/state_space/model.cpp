@@ -11,7 +11,7 @@ namespace {
 std::vector<std::string> signals_of(const Problem& problem) {
   std::vector<std::string> names = problem.equations.states;
   for (std::size_t j = 0; j < problem.channels.size(); ++j)
-    if (problem.channels[j].corner_rad_s.mean > 0.0) names.push_back("(coupled " + std::to_string(j) + ")");
+    if (problem.channels[j].has_own_state()) names.push_back("(coupled " + std::to_string(j) + ")");
   names.insert(names.end(), problem.equations.inputs.begin(), problem.equations.inputs.end());
   names.emplace_back("t");
   return names;
@@ -61,7 +61,7 @@ Model::Model(const Problem& problem, const std::vector<char>& wanted)
   auto coupled = static_cast<int>(problem.equations.states.size());
   for (int j = 0; j < layout_.num_channels; ++j) {
     const Channel& channel = problem.channels[static_cast<std::size_t>(j)];
-    const bool couples = channel.corner_rad_s.mean > 0.0;
+    const bool couples = channel.has_own_state();
     output_states_.push_back(couples ? coupled : channel.state);
     if (couples) couplings_.push_back({coupled++, channel.state, layout_.corner(j)});
   }

@@ -20,8 +20,8 @@ struct Layout {
 /// The prior of each parameter: flat for coefficients.
 [[nodiscard]] std::vector<Prior> priors_of(const Problem& problem);
 
-/// Right-hand sides compiled. Behind the equations' states stands one for each AC-coupled channel, whose rate is that
-/// of the coupled state less corner x itself. t is the last input.
+/// Right-hand sides compiled. Behind the equations' states stands one for each channel that is AC-coupled or wanders,
+/// whose rate is that of its state less corner x itself. t is the last input.
 class Model {
  public:
   /// Throws std::invalid_argument and dsp::Fault (usage, "term.*") for terms that cannot be read.

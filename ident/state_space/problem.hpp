@@ -9,7 +9,9 @@
 // A statistical problem, stated. With s the states, c the coefficients, k one sample of a record:
 //
 //   s_k+1 = Phi(s_k; c) + w_k,   w_k ~ N(0, diag(q))      the equation over one sample, and what it does not explain
-//   y_jk  = g_j q_j(t_k - tau_j) + b_j + e_jk,  e ~ N(0, r_j)    q_j: a state or its rate; any sample may be missing;
+//   y_jk  = g_j q_j(t_k - tau_j) + b_j + e_jk,  e ~ N(0, r_j)    q_j: a state, its rate, or a state z beside a state x
+//                                                                (z' = x' - c z behind an AC coupling, z' = x' and a
+//                                                                random walk where it wanders); any may be missing;
 //                                                                sqrt(r_j) times the record's own noise_factor
 //
 // c has a flat prior; gain g, lag tau, offset b and the corner of an AC coupling have normal ones.
@@ -57,6 +59,9 @@ struct Channel {
   double noise_std = 0.0;  ///< white, of a sample; 0: estimated, within a factor of e of what its spectrum ends in
   Prior gain = {1.0, 0.0}, offset = {}, lag_s = {};
   Prior corner_rad_s = {};  ///< of a first-order AC coupling; mean 0: there is none
+  bool wanders = false;  ///< its zero is a random walk, whose step is estimated; not of a rate, nor beside a coupling
+  /// It shows a state of its own beside the one that it is of.
+  [[nodiscard]] bool has_own_state() const { return wanders || corner_rad_s.mean > 0.0; }
 };
 
 /// Channels recorded together at equal intervals, and inputs, which are known without gaps.

@@ -241,7 +241,7 @@ Start start_of(const Linearisation& problem) {
       if (of == coupled) continue;
       VectorXd values(static_cast<Index>(n));
       for (std::size_t k = 0; k < n; ++k) values(static_cast<Index>(k)) = states[k * ns + of];
-      write(coupled, values.array() - values.mean());
+      write(coupled, values.array() - (given.channels[j].wanders ? 0.0 : values.mean()));
     }
   }
   for (double& scale : start.scales) scale = scale > 0.0 ? std::sqrt(scale / samples) : 1.0;

@@ -148,3 +148,54 @@ TEST_CASE("problems that do not fit together are refused", "[ident][state_space]
   CHECK_THROWS_AS(fit(good, {.terms = {4}}), std::invalid_argument);
   CHECK_THROWS_AS(fit(good, {.coefficients = {1.0}}), std::invalid_argument);
 }
+
+namespace {
+
+/// x with errors of 2 % of its rms, each so much of the one before.
+Problem wandering(const Runs& runs, double correlation, std::uint64_t seed) {
+  Problem problem = support::problem_of(runs, duffing_terms, "x", 0.0, seed);
+  for (std::size_t r = 0; r < problem.records.size(); ++r) {
+    const sim::Noise draw(seed, r);
+    auto x = problem.records[r].channels.col(0);
+    const double std = 0.02 * std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
+    const double fresh = std::sqrt(1.0 - correlation * correlation);
+    double error = draw.normal(0);
+    for (Eigen::Index k = 0; k < x.size(); ++k) {
+      x(k) += std * error;
+      error = correlation * error + fresh * draw.normal(static_cast<std::uint64_t>(k) + 1);
+    }
+  }
+  problem.channels.front().wanders = true;
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("a zero that wanders is told from the motion", "[ident][state_space]") {
+  const Runs runs = support::runs_of(sim::Duffing{}, {0.8, 1.0, 1.2}, 25.0, 100.0);
+  Problem problem = wandering(runs, 0.99, 930090);
+  const Fit fit = ident::state_space::fit(problem, {.num_threads = 1});
+  CHECK(fit.converged());
+  check_duffing(fit, 0.02);
+  CHECK(fit.gain_of_process_noise < 20.0);
+  problem.channels.front().wanders = false;
+  CHECK(ident::state_space::fit(problem, {.num_threads = 1}).J > fit.J + 1000.0);
+  problem.channels.front() = {.name = "a", .state = 1, .rate = true, .wanders = true};
+  CHECK_THROWS_AS(ident::state_space::fit(problem, {.num_threads = 1}), std::invalid_argument);
+}
+
+TEST_CASE("intervals cover beside a sensor that wanders", "[.][coverage][state_space]") {
+  const Runs runs = support::runs_of(sim::Duffing{}, {0.8, 1.0, 1.2}, 25.0, 100.0);
+  const double correlation = GENERATE(0.9, 0.99), truth[4] = {-25.0, -1.0, -2500.0, 100.0};
+  constexpr std::uint64_t first_seed = 930100, draws = 30;
+  int covered = 0;
+  for (std::uint64_t seed = first_seed; seed < first_seed + draws; ++seed) {
+    const Fit fit = ident::state_space::fit(wandering(runs, correlation, seed), {.num_threads = 1});
+    for (int i = 0; i < 4; ++i) {
+      const auto [value, std] = estimate_of(fit, i);
+      covered += fit.converged() && std::abs(value - truth[i]) <= 1.96 * std ? 1 : 0;
+    }
+  }
+  WARN("correlation " << correlation << ": " << covered << " of " << 4 * draws << " covered");
+  CHECK(covered >= (correlation < 0.95 ? 0.92 : 0.88) * 4 * draws);
+}
