@@ -9,8 +9,8 @@
 #include <numeric>
 #include <utility>
 
-#include "dsp/for_each_index.hpp"
-#include "dsp/memory_limit.hpp"
+#include "dsp/values/for_each_index.hpp"
+#include "dsp/values/memory_limit.hpp"
 #include "ident/equation/interval_95.hpp"
 #include "ident/methods.hpp"
 #include "ident/records/terms_by_record.hpp"

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dsp/constants.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/methods.hpp"
 #include "ident/records/joint_records.hpp"
 

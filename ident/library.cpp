@@ -7,8 +7,8 @@
 #include <cctype>
 #include <functional>
 
-#include "dsp/faults.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/faults.hpp"
+#include "dsp/values/signals.hpp"
 #include "ident/library/dimension.hpp"
 
 namespace ident {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "dsp/motion.hpp"
 #include "dsp/prepare.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "ident/library/expression.hpp"
 
 namespace ident {

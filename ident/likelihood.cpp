@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/identify.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/methods.hpp"

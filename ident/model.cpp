@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dsp/constants.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/signals.hpp"
 
 namespace ident {
 namespace {

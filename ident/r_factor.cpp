@@ -6,7 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "dsp/for_each_index.hpp"
+#include "dsp/values/for_each_index.hpp"
 
 namespace ident {
 namespace {

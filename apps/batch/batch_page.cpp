@@ -14,7 +14,7 @@
 #include "apps/page/equation_display.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/order_statistics.hpp"
 #include "ident/equation/interval_95.hpp"
 
 namespace apps {

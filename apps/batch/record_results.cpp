@@ -12,7 +12,7 @@
 #include "apps/output/metrics_file.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace apps {

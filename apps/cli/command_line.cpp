@@ -15,7 +15,7 @@
 #include "apps/process/kept_stream.hpp"
 #include "apps/process/standard_streams.hpp"
 #include "apps/process/version.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 // The only source that knows the parser of the command line.
 

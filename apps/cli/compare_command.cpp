@@ -9,7 +9,7 @@
 #include "apps/output/run_comparison.hpp"
 #include "apps/page/comparison_page.hpp"
 #include "apps/process/output_folder.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace {

@@ -10,8 +10,8 @@
 #include "apps/process/output_file.hpp"
 #include "apps/process/staging_folder.hpp"
 #include "apps/process/system_fault.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/settings.hpp"
-#include "dsp/read_recording.hpp"
 #include "ident/methods.hpp"
 
 namespace apps {

@@ -12,8 +12,8 @@
 #include "apps/output/json_parts.hpp"
 #include "apps/process/output_folder.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/names.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace {

@@ -13,8 +13,8 @@
 #include "apps/page/page.hpp"
 #include "apps/process/background_hashes.hpp"
 #include "apps/process/output_folder.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace {

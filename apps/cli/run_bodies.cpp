@@ -12,7 +12,7 @@
 #include "apps/page/bodies_page.hpp"
 #include "apps/page/figures.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "ident/verdict.hpp"
 
 namespace apps {

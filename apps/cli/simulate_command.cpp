@@ -11,8 +11,8 @@
 #include "apps/config/parameter_settings.hpp"
 #include "apps/output/json_parts.hpp"
 #include "apps/process/output_folder.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace {

@@ -9,8 +9,8 @@
 #include "apps/output/study_output.hpp"
 #include "apps/page/outcome_pages.hpp"
 #include "apps/process/output_folder.hpp"
-#include "dsp/names.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace {

@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "apps/process/interrupt.hpp"
-#include "dsp/faults.hpp"
-#include "dsp/read_recording.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "dsp/values/faults.hpp"
+#include "dsp/values/signals.hpp"
 #include "ident/columns/clipped_training.hpp"
 
 namespace apps {

@@ -8,9 +8,9 @@
 
 #include "apps/config/identification.hpp"
 #include "apps/process/interrupt.hpp"
-#include "dsp/faults.hpp"
-#include "dsp/names.hpp"
 #include "dsp/prepare/motion_band.hpp"
+#include "dsp/values/faults.hpp"
+#include "dsp/values/names.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace apps {

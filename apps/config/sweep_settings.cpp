@@ -9,9 +9,9 @@
 
 #include "apps/config/parameter_settings.hpp"
 #include "apps/output/response_report.hpp"
-#include "dsp/constants.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace apps {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "apps/output/run_json.hpp"
-#include "dsp/fault.hpp"
 #include "dsp/io/table_cells.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/validate/interpolant.hpp"
 
 namespace apps {

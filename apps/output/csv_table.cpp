@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "dsp/for_each_index.hpp"
 #include "dsp/io/input_file.hpp"
+#include "dsp/values/for_each_index.hpp"
 
 namespace apps {
 

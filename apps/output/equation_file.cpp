@@ -12,8 +12,8 @@
 #include "apps/output/report_text.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/signals.hpp"
 #include "ident/validate/judge.hpp"
 
 namespace apps {

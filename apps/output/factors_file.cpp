@@ -17,8 +17,8 @@
 #include "apps/process/staging_folder.hpp"
 #include "apps/process/system_fault.hpp"
 #include "apps/process/version.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 #include "ident/library/expression.hpp"
 #include "ident/validate/judge.hpp"
 

@@ -14,7 +14,7 @@
 #include "apps/output/number_text.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/methods.hpp"
 
 namespace apps {

@@ -12,7 +12,7 @@
 #include "apps/process/printable.hpp"
 #include "apps/process/sha256.hpp"
 #include "apps/process/version.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -15,7 +15,7 @@
 #include "apps/output/truth_json.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/equation/interval_95.hpp"
 
 namespace apps {

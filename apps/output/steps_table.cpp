@@ -9,8 +9,8 @@
 #include "apps/output/number_text.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/output/tables.hpp"
-#include "dsp/constants.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace {

@@ -10,7 +10,7 @@
 #include "apps/output/json_number.hpp"
 #include "apps/output/number_text.hpp"
 #include "apps/output/tables.hpp"
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 
 namespace apps {
 namespace {

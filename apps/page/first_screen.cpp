@@ -14,7 +14,7 @@
 #include "apps/page/remedies.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/io/settings.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/signals.hpp"
 #include "ident/equation/interval_95.hpp"
 
 namespace apps {

@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "apps/output/rounded.hpp"
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/library/expression.hpp"
 
 namespace apps {

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "apps/output/json_number.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace apps {
 namespace {

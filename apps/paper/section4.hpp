@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "ident/fit.hpp"
 #include "ident/library.hpp"
 #include "ident/r_factor.hpp"

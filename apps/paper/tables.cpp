@@ -11,7 +11,7 @@
 #include "apps/paper/inner_state.hpp"
 #include "apps/paper/paper_data.hpp"
 #include "apps/paper/rig_comparison.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace apps {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "apps/process/sha256.hpp"
 #include "apps/process/system_fault.hpp"
-#include "dsp/for_each_index.hpp"
+#include "dsp/values/for_each_index.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -16,7 +16,7 @@
 
 #include "apps/output/results_json.hpp"
 #include "apps/process/interrupt.hpp"
-#include "dsp/faults.hpp"
+#include "dsp/values/faults.hpp"
 
 namespace apps {
 namespace {

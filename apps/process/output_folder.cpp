@@ -12,7 +12,7 @@
 #include "apps/process/earlier_result.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/system_fault.hpp"
-#include "dsp/for_each_index.hpp"
+#include "dsp/values/for_each_index.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "apps/reference/setting_reference.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/signals.hpp"
 #include "ident/methods.hpp"
 #include "ident/validate/verdict_rules.hpp"
 

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "dsp/recording.hpp"
 #include "dsp/samples/sample_cells.hpp"
 #include "dsp/samples/standstill.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

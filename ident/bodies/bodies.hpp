@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 #include "ident/bodies/candidates.hpp"
 #include "ident/bodies/couplings.hpp"
 #include "ident/bodies/modes.hpp"

@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "dsp/constants.hpp"
-#include "dsp/linear.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
 #include "ident/bodies/choice.hpp"
 #include "ident/r_factor.hpp"
 #include "ident/state_space/output_error.hpp"

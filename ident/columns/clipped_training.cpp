@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace ident {
 namespace {

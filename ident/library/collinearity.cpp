@@ -9,7 +9,7 @@
 #include <limits>
 #include <numeric>
 
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 #include "ident/regression/finish_fit.hpp"
 #include "ident/regression/posterior.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/columns/rows_of_terms.hpp"
 #include "ident/validate/independent_rows.hpp"
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/ranges/pieces.hpp"
 #include "ident/ranges/range_data.hpp"
 #include "ident/records/record.hpp"

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "dsp/prepare.hpp"
+#include "dsp/prepare/power_check.hpp"
+#include "dsp/regimes/common_motion.hpp"
 #include "dsp/segment_regimes.hpp"
-#include "dsp/sensors/common_motion.hpp"
-#include "dsp/sensors/power_check.hpp"
 #include "ident/ranges/ranges.hpp"
 
 namespace ident {

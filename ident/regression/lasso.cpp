@@ -3,7 +3,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/fit.hpp"
 #include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/fit.hpp"
 #include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "dsp/filter/strongest_line.hpp"
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 #include "ident/identify.hpp"
 #include "ident/ranges/range_data.hpp"
 #include "ident/selection/select_size.hpp"

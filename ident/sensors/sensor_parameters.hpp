@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 
 namespace ident {
 

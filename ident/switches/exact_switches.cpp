@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
 #include "dsp/filter/short_low_pass.hpp"
 
 namespace ident {

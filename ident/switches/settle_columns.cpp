@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "dsp/for_each_index.hpp"
-#include "dsp/memory_limit.hpp"
+#include "dsp/values/for_each_index.hpp"
+#include "dsp/values/memory_limit.hpp"
 #include "ident/columns/rows_of_terms.hpp"
 #include "ident/methods.hpp"
 #include "ident/records/terms_by_record.hpp"

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
-#include "dsp/linear.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
 #include "ident/columns/rows_of_terms.hpp"
 #include "ident/equation/interval_95.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "ident/model.hpp"
 #include "ident/ranges/range_data.hpp"
 #include "ident/validate/free_run.hpp"

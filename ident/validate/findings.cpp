@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/equation/interval_95.hpp"
 
 namespace ident {

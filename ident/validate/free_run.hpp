@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "ident/model.hpp"
 
 namespace ident {

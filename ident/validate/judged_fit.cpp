@@ -9,7 +9,7 @@
 #include <limits>
 #include <utility>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/columns/rows_of_terms.hpp"
 #include "ident/equation/interval_95.hpp"
 #include "ident/library/collinearity.hpp"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 
 namespace ident {
 namespace {

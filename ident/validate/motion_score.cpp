@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "dsp/filter/fft.hpp"
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 #include "ident/columns/rows_of_terms.hpp"
 #include "ident/sensors/channel_noise.hpp"
 #include "ident/validate/regressor_noise.hpp"

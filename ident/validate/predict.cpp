@@ -7,8 +7,8 @@
 #include <cmath>
 #include <utility>
 
-#include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/equation/percent.hpp"
 #include "ident/library.hpp"
 #include "ident/methods.hpp"

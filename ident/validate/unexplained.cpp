@@ -9,9 +9,9 @@
 #include <limits>
 #include <utility>
 
-#include "dsp/constants.hpp"
-#include "dsp/linear.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
+#include "dsp/values/signals.hpp"
 #include "ident/columns/rows_of_terms.hpp"
 #include "ident/library/collinearity.hpp"
 #include "ident/selection/best_subsets.hpp"

@@ -8,7 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 
 namespace sim {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "sim/ode/friction.hpp"
 
 namespace sim {

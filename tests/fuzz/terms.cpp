@@ -3,7 +3,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "fuzz/harness.hpp"
 #include "ident/library.hpp"
 #include "ident/library/expression.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/validate/judge.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"

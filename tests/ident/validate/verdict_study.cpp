@@ -10,7 +10,7 @@
 #include <map>
 #include <set>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/columns/columns.hpp"
 #include "ident/identify.hpp"
 #include "ident/library/collinearity.hpp"
