@@ -13,7 +13,7 @@
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/values/fault.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -14,7 +14,7 @@
 #include "dsp/signal_table.hpp"
 #include "ident/columns/columns.hpp"
 #include "ident/identify.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 
 namespace apps {
 namespace {

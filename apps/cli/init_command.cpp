@@ -12,7 +12,7 @@
 #include "apps/process/system_fault.hpp"
 #include "dsp/io/read_recording.hpp"
 #include "dsp/io/settings.hpp"
-#include "ident/methods.hpp"
+#include "ident/regression/methods.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

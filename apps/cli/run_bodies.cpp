@@ -13,7 +13,7 @@
 #include "apps/page/figures.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/io/read_recording.hpp"
-#include "ident/verdict.hpp"
+#include "ident/equation/verdict.hpp"
 
 namespace apps {
 namespace {

@@ -23,8 +23,8 @@
 #include "dsp/values/signals.hpp"
 #include "ident/columns/signals_read.hpp"
 #include "ident/identify.hpp"
-#include "ident/validate/findings.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/findings.hpp"
+#include "ident/judgement/judge.hpp"
 #include "ident/validate/predict.hpp"
 
 namespace apps {

@@ -13,7 +13,7 @@
 #include "dsp/io/read_recording.hpp"
 #include "dsp/values/faults.hpp"
 #include "dsp/values/signals.hpp"
-#include "ident/columns/clipped_training.hpp"
+#include "ident/records/clipped_training.hpp"
 
 namespace apps {
 namespace {

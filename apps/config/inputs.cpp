@@ -19,7 +19,7 @@
 #include "dsp/prepare/sensor_checks.hpp"
 #include "dsp/values/faults.hpp"
 #include "dsp/values/names.hpp"
-#include "ident/ranges/left_out.hpp"
+#include "ident/records/left_out.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

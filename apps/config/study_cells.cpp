@@ -11,7 +11,7 @@
 #include "dsp/prepare/motion_band.hpp"
 #include "dsp/values/faults.hpp"
 #include "dsp/values/names.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 
 namespace apps {
 namespace {

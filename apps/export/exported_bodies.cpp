@@ -14,7 +14,7 @@
 #include "ident/bodies/statement.hpp"
 #include "ident/bodies/system.hpp"
 #include "ident/library/expression.hpp"
-#include "ident/validate/interpolant.hpp"
+#include "ident/switches/interpolant.hpp"
 #include "sim/simulate.hpp"
 
 namespace apps {

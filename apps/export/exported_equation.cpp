@@ -18,7 +18,7 @@
 #include "ident/equation/equation_of_motion.hpp"
 #include "ident/library/expression_derivative.hpp"
 #include "ident/library/expression_parser.hpp"
-#include "ident/sensors/sensor_parameters.hpp"
+#include "ident/records/record.hpp"
 #include "ident/validate/free_run.hpp"
 #include "sim/ode/friction.hpp"
 

@@ -7,7 +7,7 @@
 #include "apps/output/run_json.hpp"
 #include "dsp/io/table_cells.hpp"
 #include "dsp/values/fault.hpp"
-#include "ident/validate/interpolant.hpp"
+#include "ident/switches/interpolant.hpp"
 
 namespace apps {
 

@@ -14,7 +14,7 @@
 #include "apps/process/printable.hpp"
 #include "dsp/values/fault.hpp"
 #include "dsp/values/signals.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 
 namespace apps {
 namespace {

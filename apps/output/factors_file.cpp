@@ -19,8 +19,8 @@
 #include "apps/process/version.hpp"
 #include "dsp/values/fault.hpp"
 #include "dsp/values/names.hpp"
+#include "ident/judgement/judge.hpp"
 #include "ident/library/expression.hpp"
-#include "ident/validate/judge.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -15,7 +15,7 @@
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
 #include "dsp/values/fault.hpp"
-#include "ident/methods.hpp"
+#include "ident/regression/methods.hpp"
 
 namespace apps {
 namespace {

@@ -9,7 +9,7 @@
 #include "apps/output/json_parts.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
-#include "ident/model.hpp"
+#include "ident/equation/model.hpp"
 
 namespace apps {
 namespace {

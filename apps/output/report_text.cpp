@@ -11,7 +11,7 @@
 #include "apps/output/rounded.hpp"
 #include "apps/process/printable.hpp"
 #include "ident/equation/interval_95.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 
 namespace apps {
 namespace {

@@ -12,9 +12,9 @@
 #include "dsp/values/names.hpp"
 #include "dsp/values/signals.hpp"
 #include "ident/equation/percent.hpp"
+#include "ident/judgement/findings.hpp"
+#include "ident/judgement/verdict_rules.hpp"
 #include "ident/library/expression.hpp"
-#include "ident/validate/findings.hpp"
-#include "ident/validate/verdict_rules.hpp"
 
 namespace apps {
 namespace {

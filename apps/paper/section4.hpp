@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "dsp/sensors/motion.hpp"
-#include "ident/fit.hpp"
-#include "ident/library.hpp"
-#include "ident/r_factor.hpp"
+#include "ident/library/library.hpp"
+#include "ident/regression/fit.hpp"
+#include "ident/regression/r_factor.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
 

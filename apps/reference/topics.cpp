@@ -7,8 +7,8 @@
 
 #include "apps/reference/setting_reference.hpp"
 #include "dsp/values/signals.hpp"
-#include "ident/methods.hpp"
-#include "ident/validate/verdict_rules.hpp"
+#include "ident/judgement/verdict_rules.hpp"
+#include "ident/regression/methods.hpp"
 
 namespace apps {
 namespace {

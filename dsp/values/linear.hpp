@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 
 /// Factorisations of small dense matrices, by Eigen's, compiled once. Rows of whole recordings are folded into a
-/// triangle first (ident/r_factor.hpp). What is not finite gives what is not finite; nothing is thrown but
+/// triangle first (ident/regression/r_factor.hpp). What is not finite gives what is not finite; nothing is thrown but
 /// std::bad_alloc.
 namespace dsp {
 

@@ -8,7 +8,7 @@
 #include "ident/bodies/candidates.hpp"
 #include "ident/bodies/couplings.hpp"
 #include "ident/bodies/modes.hpp"
-#include "ident/verdict.hpp"
+#include "ident/equation/verdict.hpp"
 
 namespace ident {
 

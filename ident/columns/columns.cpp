@@ -10,8 +10,8 @@
 #include "dsp/prepare/filtered_stretch.hpp"
 #include "dsp/values/for_each_index.hpp"
 #include "dsp/values/memory_limit.hpp"
+#include "ident/columns/sensor_columns.hpp"
 #include "ident/sensors/channel_noise.hpp"
-#include "ident/sensors/sensor_columns.hpp"
 #include "ident/switches/exact_switches.hpp"
 #include "ident/switches/held_by_ground.hpp"
 

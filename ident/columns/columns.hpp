@@ -12,7 +12,7 @@
 #include "dsp/prepare/power_check.hpp"
 #include "dsp/segment_regimes.hpp"
 #include "ident/columns/block_means.hpp"
-#include "ident/library.hpp"
+#include "ident/library/library.hpp"
 #include "ident/sensors/sensor_parameters.hpp"
 
 namespace ident {

@@ -16,7 +16,7 @@
 #include "dsp/values/for_each_index.hpp"
 #include "dsp/values/memory_limit.hpp"
 #include "dsp/values/signals.hpp"
-#include "ident/ranges/left_out.hpp"
+#include "ident/records/left_out.hpp"
 #include "ident/switches/held_by_ground.hpp"
 
 namespace ident {

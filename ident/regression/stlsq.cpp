@@ -2,9 +2,9 @@
 #include <stdexcept>
 
 #include "dsp/values/constants.hpp"
-#include "ident/fit.hpp"
 #include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
+#include "ident/regression/fit.hpp"
 
 namespace ident {
 namespace {

@@ -8,8 +8,8 @@
 #include "dsp/filter/strongest_line.hpp"
 #include "dsp/values/constants.hpp"
 #include "dsp/values/linear.hpp"
-#include "ident/columns/rows_of_terms.hpp"
 #include "ident/equation/interval_95.hpp"
+#include "ident/ranges/rows_of_terms.hpp"
 
 namespace ident {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dsp/sensors/motion.hpp"
-#include "ident/model.hpp"
+#include "ident/equation/model.hpp"
 
 namespace ident {
 

@@ -5,8 +5,8 @@
 
 #include "dsp/values/fault.hpp"
 #include "fuzz/harness.hpp"
-#include "ident/library.hpp"
 #include "ident/library/expression.hpp"
+#include "ident/library/library.hpp"
 #include "support/motion.hpp"
 
 namespace {

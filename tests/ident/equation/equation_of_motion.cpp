@@ -5,7 +5,7 @@
 #include <map>
 
 #include "dsp/values/fault.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
 
