@@ -10,7 +10,7 @@
 
 #include "apps/cli/command.hpp"
 #include "apps/cli/command_page.hpp"
-#include "apps/process/ending.hpp"
+#include "apps/cli/ending.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/kept_stream.hpp"
 #include "apps/process/standard_streams.hpp"

@@ -7,8 +7,8 @@
 
 #include "apps/cli/command.hpp"
 #include "apps/output/results_json.hpp"
+#include "apps/output/staging_folder.hpp"
 #include "apps/process/output_file.hpp"
-#include "apps/process/staging_folder.hpp"
 #include "apps/process/system_fault.hpp"
 #include "dsp/io/read_recording.hpp"
 #include "dsp/io/settings.hpp"

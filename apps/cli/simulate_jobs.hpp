@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/cli/simulate_command.hpp"
-#include "apps/process/output_folder.hpp"
+#include "apps/output/output_folder.hpp"
 #include "dsp/values/fault.hpp"
 #include "sim/chain.hpp"
 

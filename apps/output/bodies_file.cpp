@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "apps/output/json_number.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/json_parts.hpp"
 #include "dsp/values/constants.hpp"
 #include "dsp/values/fault.hpp"
 

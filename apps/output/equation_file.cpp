@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "apps/output/csv_table.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/csv_table.hpp"
+#include "apps/text/json_parts.hpp"
 #include "dsp/values/fault.hpp"
 #include "dsp/values/signals.hpp"
 #include "ident/judgement/judge.hpp"

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "apps/output/json_parts.hpp"
+#include "apps/text/json_parts.hpp"
 #include "dsp/io/small_file.hpp"
 #include "dsp/values/fault.hpp"
 #include "dsp/values/names.hpp"

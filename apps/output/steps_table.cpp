@@ -6,9 +6,9 @@
 #include <limits>
 #include <sstream>
 
-#include "apps/output/number_text.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/output/tables.hpp"
+#include "apps/text/number_text.hpp"
 #include "dsp/values/constants.hpp"
 #include "dsp/values/fault.hpp"
 

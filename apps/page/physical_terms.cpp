@@ -10,7 +10,7 @@
 #include <numbers>
 #include <optional>
 
-#include "apps/output/rounded.hpp"
+#include "apps/text/rounded.hpp"
 #include "dsp/values/constants.hpp"
 #include "ident/library/expression.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "apps/output/json_number.hpp"
+#include "apps/text/json_number.hpp"
 #include "dsp/values/order_statistics.hpp"
 
 namespace apps {

@@ -1,5 +1,5 @@
 // segments.json: read, put on a record, written, read again.
-#include "apps/output/segments_file.hpp"
+#include "apps/config/segments_file.hpp"
 
 #include "dsp/sensors/motion.hpp"
 #include "fuzz/harness.hpp"

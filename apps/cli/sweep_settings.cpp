@@ -1,4 +1,4 @@
-#include "apps/config/sweep_settings.hpp"
+#include "apps/cli/sweep_settings.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "apps/output/csv_table.hpp"
+#include "apps/text/csv_table.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "apps/process/earlier_result.hpp"
+#include "apps/output/earlier_result.hpp"
 
 #include <fcntl.h>
 

@@ -1,4 +1,4 @@
-#include "apps/process/output_folder.hpp"
+#include "apps/output/output_folder.hpp"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "apps/process/earlier_result.hpp"
+#include "apps/output/earlier_result.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/system_fault.hpp"
 #include "dsp/values/for_each_index.hpp"

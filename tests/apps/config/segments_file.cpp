@@ -1,4 +1,4 @@
-#include "apps/output/segments_file.hpp"
+#include "apps/config/segments_file.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-#include "apps/output/svg_plot.hpp"
+#include "apps/text/svg_plot.hpp"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "apps/output/envelope.hpp"
-#include "apps/output/html_writer.hpp"
-#include "apps/output/wrapped_text.hpp"
+#include "apps/text/envelope.hpp"
+#include "apps/text/html_writer.hpp"
+#include "apps/text/wrapped_text.hpp"
 
 namespace apps {
 namespace {

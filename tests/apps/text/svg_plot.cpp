@@ -1,4 +1,4 @@
-#include "apps/output/svg_plot.hpp"
+#include "apps/text/svg_plot.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

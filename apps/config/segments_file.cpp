@@ -1,4 +1,4 @@
-#include "apps/output/segments_file.hpp"
+#include "apps/config/segments_file.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,9 +11,9 @@
 #include <set>
 #include <stdexcept>
 
-#include "apps/output/json_number.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/json_parts.hpp"
 #include "dsp/io/small_file.hpp"
 
 namespace apps {

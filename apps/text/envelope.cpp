@@ -1,4 +1,4 @@
-#include "apps/output/envelope.hpp"
+#include "apps/text/envelope.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "apps/process/staging_folder.hpp"
+#include "apps/output/staging_folder.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -12,8 +12,8 @@
 #include <random>
 #include <thread>
 
+#include "apps/output/earlier_result.hpp"
 #include "apps/output/manifest.hpp"
-#include "apps/process/earlier_result.hpp"
 #include "apps/process/sha256.hpp"
 #include "apps/process/system_fault.hpp"
 #include "dsp/values/for_each_index.hpp"

@@ -1,4 +1,4 @@
-#include "apps/process/output_folder.hpp"
+#include "apps/output/output_folder.hpp"
 
 #include <sys/stat.h>
 #include <sys/wait.h>

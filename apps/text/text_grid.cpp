@@ -1,4 +1,4 @@
-#include "apps/output/text_grid.hpp"
+#include "apps/text/text_grid.hpp"
 
 #include <fmt/format.h>
 

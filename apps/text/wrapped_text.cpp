@@ -1,4 +1,4 @@
-#include "apps/output/wrapped_text.hpp"
+#include "apps/text/wrapped_text.hpp"
 
 namespace apps {
 

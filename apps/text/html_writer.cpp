@@ -1,4 +1,4 @@
-#include "apps/output/html_writer.hpp"
+#include "apps/text/html_writer.hpp"
 
 #include <algorithm>
 #include <stdexcept>

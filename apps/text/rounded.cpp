@@ -1,4 +1,4 @@
-#include "apps/output/rounded.hpp"
+#include "apps/text/rounded.hpp"
 
 #include <fmt/format.h>
 

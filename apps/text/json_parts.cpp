@@ -1,4 +1,4 @@
-#include "apps/output/json_parts.hpp"
+#include "apps/text/json_parts.hpp"
 
 #include <fmt/format.h>
 

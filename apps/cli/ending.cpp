@@ -1,4 +1,4 @@
-#include "apps/process/ending.hpp"
+#include "apps/cli/ending.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "apps/output/manifest.hpp"
+#include "apps/output/staging_folder.hpp"
 #include "apps/process/output_file.hpp"
-#include "apps/process/staging_folder.hpp"
 
 namespace apps {
 

@@ -1,4 +1,4 @@
-#include "apps/output/rounded.hpp"
+#include "apps/text/rounded.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "apps/output/json_parts.hpp"
+#include "apps/text/json_parts.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include "apps/config/segments_file.hpp"
 #include "apps/output/factors_file.hpp"
 #include "apps/output/run_json.hpp"
-#include "apps/output/segments_file.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
 
