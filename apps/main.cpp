@@ -10,7 +10,7 @@
 #include <new>
 
 #include "apps/cli/command_line.hpp"
-#include "apps/process/ending.hpp"
+#include "apps/cli/ending.hpp"
 
 namespace {
 

@@ -5,18 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
 #include "dsp/filter/filter_design.hpp"
-#include "dsp/for_each_index.hpp"
-#include "dsp/memory_limit.hpp"
 #include "dsp/prepare/intermediate_recorder.hpp"
 #include "dsp/prepare/motion_band.hpp"
 #include "dsp/prepare/prepare_filters.hpp"
-#include "dsp/sensors/recorded_derivatives.hpp"
+#include "dsp/prepare/recorded_derivatives.hpp"
+#include "dsp/values/for_each_index.hpp"
+#include "dsp/values/memory_limit.hpp"
 
 namespace dsp {
 namespace {
@@ -300,15 +299,6 @@ VectorXd& displacement_of(Motion& motion) {
 }
 
 }  // namespace
-
-const Channel* Prepared::channel(Role role) const& {
-  const auto found = std::find_if(channels.begin(), channels.end(), [&](const Channel& c) { return c.role == role; });
-  return found == channels.end() ? nullptr : &*found;
-}
-
-bool Prepared::integrated() const {
-  return options.integrate_from_hz > 0.0 && !has_displacement({.channels = channels});
-}
 
 Prepared prepare(IntermediateRecording intermediate, const PrepareOptions& options, int num_threads) {
   const double rate_hz = intermediate.input_rate_hz;

@@ -9,15 +9,15 @@
 #include <numeric>
 #include <utility>
 
-#include "dsp/for_each_index.hpp"
-#include "dsp/memory_limit.hpp"
+#include "dsp/values/for_each_index.hpp"
+#include "dsp/values/memory_limit.hpp"
 #include "ident/equation/interval_95.hpp"
-#include "ident/methods.hpp"
+#include "ident/evidence/settle_columns.hpp"
+#include "ident/judgement/judge.hpp"
+#include "ident/judgement/judged_fit.hpp"
 #include "ident/records/terms_by_record.hpp"
-#include "ident/switches/settle_columns.hpp"
+#include "ident/regression/methods.hpp"
 #include "ident/validate/exchanged_roles.hpp"
-#include "ident/validate/judge.hpp"
-#include "ident/validate/judged_fit.hpp"
 
 namespace ident {
 namespace {

@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dsp/constants.hpp"
-#include "dsp/fault.hpp"
-#include "ident/methods.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/records/joint_records.hpp"
+#include "ident/regression/methods.hpp"
 
 namespace ident {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "ident/fit.hpp"
-#include "ident/model.hpp"
+#include "ident/equation/model.hpp"
 #include "ident/records/range_factors.hpp"
+#include "ident/regression/fit.hpp"
 #include "ident/selection/effective_size.hpp"
 
 // Fits of several records together from their R factors, without their rows.

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/system.hpp"
+#include "sim/ode/system.hpp"
 
 namespace sim {
 

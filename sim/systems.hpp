@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/system.hpp"
+#include "sim/ode/system.hpp"
 
 // The oscillators of Section 4 of [QZS23] with the paper's parameters as defaults, every switch (sgn, |.|, stick)
 // located and none smoothed. Unless another drive is given, all are driven at omega = ratio * omega_n. Their input is f

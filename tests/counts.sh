@@ -1,7 +1,9 @@
 #!/bin/sh
-# Counts of the tree: code lines (no blanks, no comments) by folder, long functions, long files, long commands.
+# Counts of the tree: code lines (no blanks, no comments) by folder, long functions, long files, long commands, folders
+# that include each other.
 # Usage: tests/counts.sh [TREE]
 set -eu
+folders=$(cd "$(dirname "$0")" && pwd)/folders.sh
 cd "${1:-$(dirname "$0")/..}"
 
 code() { # code FILE...: lines that are neither blank nor comments
@@ -37,3 +39,4 @@ commands=apps/cli
   [ "$lines" -le 100 ] || printf 'command of %d code lines: %s\n' "$lines" "$file"
 done
 [ ! -f ident/regression/fast_rvm.cpp ] || printf 'Algorithm 1, ident/regression/fast_rvm.cpp: %d code lines\n' "$(code ident/regression/fast_rvm.cpp)"
+"$folders" . | tail -n 1

@@ -8,9 +8,9 @@
 #include <optional>
 #include <system_error>
 
-#include "apps/process/earlier_result.hpp"
+#include "apps/output/earlier_result.hpp"
+#include "apps/output/output_folder.hpp"
 #include "apps/process/output_file.hpp"
-#include "apps/process/output_folder.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/sha256.hpp"
 #include "apps/process/system_fault.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/output/manifest.hpp"
-#include "apps/process/staging_folder.hpp"
+#include "apps/output/staging_folder.hpp"
 
 namespace apps {
 

@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/output/joint_report.hpp"
-#include "apps/output/number_text.hpp"
-#include "apps/output/svg_plot.hpp"
 #include "apps/page/document.hpp"
 #include "apps/page/equation_display.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/order_statistics.hpp"
+#include "apps/text/number_text.hpp"
+#include "apps/text/svg_plot.hpp"
+#include "dsp/values/order_statistics.hpp"
 #include "ident/equation/interval_95.hpp"
 
 namespace apps {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -12,8 +12,8 @@
 #include "apps/output/metrics_file.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/fault.hpp"
-#include "ident/validate/judge.hpp"
+#include "dsp/values/fault.hpp"
+#include "ident/judgement/judge.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/batch/record_results.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/output/tables.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/json_parts.hpp"
 
 namespace apps {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "apps/config/recording_name.hpp"
 #include "apps/process/path.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -18,7 +18,7 @@
 #include "apps/output/joint_report.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/for_each_index.hpp"
+#include "dsp/values/for_each_index.hpp"
 
 namespace apps {
 namespace {

@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "apps/cli/command.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace {

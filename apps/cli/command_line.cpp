@@ -10,12 +10,12 @@
 
 #include "apps/cli/command.hpp"
 #include "apps/cli/command_page.hpp"
-#include "apps/process/ending.hpp"
+#include "apps/cli/ending.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/kept_stream.hpp"
 #include "apps/process/standard_streams.hpp"
 #include "apps/process/version.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 // The only source that knows the parser of the command line.
 

@@ -6,10 +6,10 @@
 #include "apps/cli/command.hpp"
 #include "apps/output/bodies_file.hpp"
 #include "apps/output/finished_run.hpp"
+#include "apps/output/output_folder.hpp"
 #include "apps/output/run_comparison.hpp"
 #include "apps/page/comparison_page.hpp"
-#include "apps/process/output_folder.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace {

@@ -13,8 +13,8 @@
 #include "apps/export/printed_equation.hpp"
 #include "apps/output/bodies_file.hpp"
 #include "apps/output/finished_run.hpp"
+#include "apps/output/output_folder.hpp"
 #include "apps/output/run_json.hpp"
-#include "apps/process/output_folder.hpp"
 #include "apps/process/path.hpp"
 
 namespace apps {

@@ -11,10 +11,10 @@
 #include "apps/output/metrics_file.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/process/sha256.hpp"
-#include "dsp/io/signal_table.hpp"
+#include "dsp/signal_table.hpp"
 #include "ident/columns/columns.hpp"
 #include "ident/identify.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 
 namespace apps {
 namespace {

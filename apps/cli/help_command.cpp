@@ -9,8 +9,8 @@
 #include "apps/cli/reference_pages.hpp"
 #include "apps/reference/guides.hpp"
 #include "apps/reference/topics.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace {

@@ -7,7 +7,7 @@
 #include "apps/config/recording_runs.hpp"
 #include "apps/output/results_json.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/io/read_recording.hpp"
 
 namespace apps {
 namespace {

@@ -7,12 +7,12 @@
 
 #include "apps/cli/command.hpp"
 #include "apps/output/results_json.hpp"
+#include "apps/output/staging_folder.hpp"
 #include "apps/process/output_file.hpp"
-#include "apps/process/staging_folder.hpp"
 #include "apps/process/system_fault.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/settings.hpp"
-#include "dsp/read_recording.hpp"
-#include "ident/methods.hpp"
+#include "ident/regression/methods.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -1,6 +1,6 @@
 #include "apps/cli/command.hpp"
 #include "apps/cli/reference_pages.hpp"
-#include "apps/process/output_folder.hpp"
+#include "apps/output/output_folder.hpp"
 
 namespace apps {
 

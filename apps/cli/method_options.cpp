@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "apps/cli/command.hpp"
-#include "ident/methods.hpp"
+#include "ident/regression/methods.hpp"
 
 namespace apps {
 

@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/output/bodies_file.hpp"
-#include "apps/output/csv_table.hpp"
-#include "apps/output/json_parts.hpp"
-#include "apps/process/output_folder.hpp"
+#include "apps/output/output_folder.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/names.hpp"
-#include "dsp/read_recording.hpp"
+#include "apps/text/csv_table.hpp"
+#include "apps/text/json_parts.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace {

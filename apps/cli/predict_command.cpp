@@ -9,12 +9,12 @@
 #include "apps/output/bodies_file.hpp"
 #include "apps/output/equation_file.hpp"
 #include "apps/output/finished_run.hpp"
+#include "apps/output/output_folder.hpp"
 #include "apps/output/prediction.hpp"
 #include "apps/page/page.hpp"
 #include "apps/process/background_hashes.hpp"
-#include "apps/process/output_folder.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace {

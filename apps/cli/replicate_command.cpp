@@ -8,8 +8,8 @@
 
 #include "apps/cli/command.hpp"
 #include "apps/config/parameter_settings.hpp"
+#include "apps/output/output_folder.hpp"
 #include "apps/paper/replicate.hpp"
-#include "apps/process/output_folder.hpp"
 
 namespace apps {
 namespace {

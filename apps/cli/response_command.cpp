@@ -10,13 +10,13 @@
 #include <utility>
 
 #include "apps/cli/command.hpp"
-#include "apps/config/sweep_settings.hpp"
+#include "apps/cli/sweep_settings.hpp"
 #include "apps/output/bodies_file.hpp"
 #include "apps/output/equation_file.hpp"
 #include "apps/output/equation_response.hpp"
 #include "apps/output/finished_run.hpp"
+#include "apps/output/output_folder.hpp"
 #include "apps/page/outcome_pages.hpp"
-#include "apps/process/output_folder.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
 #include "ident/bodies/driven_bodies.hpp"

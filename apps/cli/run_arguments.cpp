@@ -4,9 +4,9 @@
 
 #include "apps/config/identification.hpp"
 #include "apps/process/sha256.hpp"
-#include "dsp/faults.hpp"
-#include "dsp/names.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "dsp/values/faults.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

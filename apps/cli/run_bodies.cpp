@@ -12,8 +12,8 @@
 #include "apps/page/bodies_page.hpp"
 #include "apps/page/figures.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/read_recording.hpp"
-#include "ident/verdict.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "ident/equation/verdict.hpp"
 
 namespace apps {
 namespace {

@@ -7,9 +7,9 @@
 #include "apps/cli/repeat_run.hpp"
 #include "apps/cli/run_job.hpp"
 #include "apps/output/run_json.hpp"
+#include "apps/output/staging_folder.hpp"
 #include "apps/page/first_screen.hpp"
 #include "apps/process/path.hpp"
-#include "apps/process/staging_folder.hpp"
 
 namespace apps {
 namespace {

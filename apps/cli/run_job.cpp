@@ -19,12 +19,12 @@
 #include "apps/output/report_text.hpp"
 #include "apps/page/page_files.hpp"
 #include "apps/process/beside.hpp"
-#include "dsp/names.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/names.hpp"
+#include "dsp/values/signals.hpp"
 #include "ident/columns/signals_read.hpp"
 #include "ident/identify.hpp"
-#include "ident/validate/findings.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/findings.hpp"
+#include "ident/judgement/judge.hpp"
 #include "ident/validate/predict.hpp"
 
 namespace apps {

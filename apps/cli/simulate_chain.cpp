@@ -8,7 +8,7 @@
 #include "apps/cli/simulate_jobs.hpp"
 #include "apps/config/parameter_settings.hpp"
 #include "apps/output/truth_json.hpp"
-#include "dsp/memory_limit.hpp"
+#include "dsp/values/memory_limit.hpp"
 #include "sim/chain.hpp"
 #include "sim/simulate.hpp"
 

@@ -9,10 +9,10 @@
 #include "apps/cli/command.hpp"
 #include "apps/cli/simulate_jobs.hpp"
 #include "apps/config/parameter_settings.hpp"
-#include "apps/output/json_parts.hpp"
-#include "apps/process/output_folder.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "apps/output/output_folder.hpp"
+#include "apps/text/json_parts.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "apps/cli/simulate_command.hpp"
-#include "apps/process/output_folder.hpp"
-#include "dsp/fault.hpp"
+#include "apps/output/output_folder.hpp"
+#include "dsp/values/fault.hpp"
 #include "sim/chain.hpp"
 
 // What `ardent sim` does for one kind of system each: files into `folder`, what is true of them into `truth`. They

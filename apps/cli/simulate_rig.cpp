@@ -10,7 +10,7 @@
 #include "apps/output/truth_json.hpp"
 #include "apps/process/system_fault.hpp"
 #include "dsp/io/sidecar.hpp"
-#include "dsp/memory_limit.hpp"
+#include "dsp/values/memory_limit.hpp"
 #include "sim/rig/rig_recording.hpp"
 #include "sim/rig/rig_truth.hpp"
 

@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "apps/cli/run_arguments.hpp"
+#include "apps/output/output_folder.hpp"
 #include "apps/output/study_output.hpp"
 #include "apps/page/outcome_pages.hpp"
-#include "apps/process/output_folder.hpp"
-#include "dsp/names.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace {

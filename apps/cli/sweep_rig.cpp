@@ -5,9 +5,9 @@
 
 #include "apps/cli/simulate_jobs.hpp"
 #include "apps/config/parameter_settings.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/output/truth_json.hpp"
+#include "apps/text/json_parts.hpp"
 
 namespace apps {
 

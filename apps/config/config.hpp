@@ -9,9 +9,9 @@
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
 #include "ident/bodies/candidates.hpp"
-#include "ident/library.hpp"
-#include "ident/methods.hpp"
+#include "ident/library/library.hpp"
 #include "ident/ranges/ranges.hpp"
+#include "ident/regression/methods.hpp"
 
 namespace apps {
 

@@ -7,8 +7,8 @@
 
 #include "dsp/io/sample_source.hpp"
 #include "dsp/io/sidecar_rows.hpp"
-#include "dsp/names.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/names.hpp"
+#include "dsp/values/signals.hpp"
 
 namespace apps {
 namespace {

@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "apps/process/interrupt.hpp"
-#include "dsp/faults.hpp"
-#include "dsp/read_recording.hpp"
-#include "dsp/signals.hpp"
-#include "ident/columns/clipped_training.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "dsp/values/faults.hpp"
+#include "dsp/values/signals.hpp"
+#include "ident/records/clipped_training.hpp"
 
 namespace apps {
 namespace {

@@ -10,16 +10,15 @@
 #include <tuple>
 
 #include "apps/config/recording_name.hpp"
-#include "apps/output/segments_file.hpp"
+#include "apps/config/segments_file.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/faults.hpp"
 #include "dsp/io/input_file.hpp"
-#include "dsp/io/sidecar.hpp"
-#include "dsp/names.hpp"
-#include "dsp/read_recording.hpp"
-#include "dsp/sensors/sensor_checks.hpp"
-#include "ident/ranges/left_out.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "dsp/prepare/sensor_checks.hpp"
+#include "dsp/values/faults.hpp"
+#include "dsp/values/names.hpp"
+#include "ident/records/left_out.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "apps/config/recording_name.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/io/read_recording.hpp"
 
 namespace apps {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/sidecar.hpp"
-#include "dsp/read_recording.hpp"
 
 namespace apps {
 namespace {

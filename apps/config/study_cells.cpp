@@ -8,10 +8,10 @@
 
 #include "apps/config/identification.hpp"
 #include "apps/process/interrupt.hpp"
-#include "dsp/faults.hpp"
-#include "dsp/names.hpp"
 #include "dsp/prepare/motion_band.hpp"
-#include "ident/validate/judge.hpp"
+#include "dsp/values/faults.hpp"
+#include "dsp/values/names.hpp"
+#include "ident/judgement/judge.hpp"
 
 namespace apps {
 namespace {

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <string_view>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/small_file.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace {

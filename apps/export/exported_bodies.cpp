@@ -9,12 +9,12 @@
 #include "apps/export/prepared_rows.hpp"
 #include "apps/output/bodies_file.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/constants.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/bodies/statement.hpp"
 #include "ident/bodies/system.hpp"
 #include "ident/library/expression.hpp"
-#include "ident/validate/interpolant.hpp"
+#include "ident/switches/interpolant.hpp"
 #include "sim/simulate.hpp"
 
 namespace apps {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "ident/equation/model.hpp"
 #include "ident/library/expression_tree.hpp"
-#include "ident/model.hpp"
 
 // One description of the equations that a run identified, of one body or several, from which programs in every language
 // are printed (printed_equation.hpp).

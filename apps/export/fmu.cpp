@@ -5,9 +5,9 @@
 #include <cstdint>
 
 #include "apps/export/printed_equation.hpp"
-#include "apps/output/html_writer.hpp"
 #include "apps/process/sha256.hpp"
 #include "apps/process/version.hpp"
+#include "apps/text/html_writer.hpp"
 
 namespace apps {
 namespace {

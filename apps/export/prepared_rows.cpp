@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "apps/output/run_json.hpp"
-#include "dsp/fault.hpp"
 #include "dsp/io/table_cells.hpp"
-#include "ident/validate/interpolant.hpp"
+#include "dsp/values/fault.hpp"
+#include "ident/switches/interpolant.hpp"
 
 namespace apps {
 

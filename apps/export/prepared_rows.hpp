@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "apps/export/exported_equation.hpp"
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 
 // What a free run of a finished run was driven by, from its prepared.csv.
 

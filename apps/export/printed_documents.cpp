@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/export/printed_equation.hpp"
-#include "apps/output/json_number.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/output/report_text.hpp"
-#include "apps/output/rounded.hpp"
 #include "apps/page/equation_display.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/json_parts.hpp"
+#include "apps/text/rounded.hpp"
 #include "ident/library/expression.hpp"
 
 namespace apps {

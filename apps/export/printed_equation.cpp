@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/output/csv_table.hpp"
+#include "apps/text/csv_table.hpp"
 
 namespace apps {
 namespace {

@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "apps/output/json_number.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/constants.hpp"
-#include "dsp/fault.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/json_parts.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "ident/bodies/bodies.hpp"
-#include "ident/model.hpp"
+#include "ident/equation/model.hpp"
 
 namespace apps {
 

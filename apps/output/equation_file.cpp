@@ -7,14 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "apps/output/csv_table.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/signals.hpp"
-#include "ident/validate/judge.hpp"
+#include "apps/text/csv_table.hpp"
+#include "apps/text/json_parts.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/signals.hpp"
+#include "ident/judgement/judge.hpp"
 
 namespace apps {
 namespace {

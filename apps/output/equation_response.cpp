@@ -8,11 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "apps/output/json_number.hpp"
-#include "apps/output/json_parts.hpp"
-#include "apps/output/number_text.hpp"
 #include "apps/output/response_report.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/json_parts.hpp"
+#include "apps/text/number_text.hpp"
 
 namespace apps {
 namespace {

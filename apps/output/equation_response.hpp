@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "apps/output/steps_table.hpp"
-#include "apps/output/svg_plot.hpp"
+#include "apps/text/svg_plot.hpp"
 #include "ident/equation/equation_oscillator.hpp"
 #include "ident/equation/identified_equation.hpp"
 #include "ident/equation/response_draws.hpp"

@@ -8,19 +8,19 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "apps/output/json_parts.hpp"
+#include "apps/output/output_folder.hpp"
 #include "apps/output/run_json.hpp"
+#include "apps/output/staging_folder.hpp"
 #include "apps/process/output_file.hpp"
-#include "apps/process/output_folder.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
-#include "apps/process/staging_folder.hpp"
 #include "apps/process/system_fault.hpp"
 #include "apps/process/version.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "apps/text/json_parts.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
+#include "ident/judgement/judge.hpp"
 #include "ident/library/expression.hpp"
-#include "ident/validate/judge.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

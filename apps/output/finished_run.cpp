@@ -7,7 +7,6 @@
 #include <system_error>
 #include <vector>
 
-#include "apps/output/manifest.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/sha256.hpp"
 

@@ -9,13 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "apps/output/json_number.hpp"
-#include "apps/output/json_parts.hpp"
-#include "apps/output/number_text.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/fault.hpp"
-#include "ident/methods.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/json_parts.hpp"
+#include "apps/text/number_text.hpp"
+#include "dsp/values/fault.hpp"
+#include "ident/regression/methods.hpp"
 
 namespace apps {
 namespace {

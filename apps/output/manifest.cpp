@@ -6,13 +6,13 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
-#include "apps/output/json_parts.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/sha256.hpp"
 #include "apps/process/version.hpp"
-#include "dsp/fault.hpp"
+#include "apps/text/json_parts.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace fs = std::filesystem;

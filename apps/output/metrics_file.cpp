@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/output/equation_file.hpp"
-#include "apps/output/json_number.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/json_parts.hpp"
 
 namespace apps {
 namespace {

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/output/json_number.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
-#include "ident/model.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/json_parts.hpp"
+#include "ident/equation/model.hpp"
 
 namespace apps {
 namespace {

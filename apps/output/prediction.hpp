@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "apps/output/csv_table.hpp"
+#include "apps/text/csv_table.hpp"
 #include "ident/validate/predict.hpp"
 
 namespace apps {

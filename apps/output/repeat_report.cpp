@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/output/json_parts.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/json_parts.hpp"
 
 namespace apps {
 namespace {

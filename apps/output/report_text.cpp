@@ -7,11 +7,11 @@
 #include <cmath>
 #include <utility>
 
-#include "apps/output/number_text.hpp"
-#include "apps/output/rounded.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/number_text.hpp"
+#include "apps/text/rounded.hpp"
 #include "ident/equation/interval_95.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 
 namespace apps {
 namespace {

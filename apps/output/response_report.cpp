@@ -5,9 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/output/json_number.hpp"
-#include "apps/output/number_text.hpp"
-#include "dsp/constants.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/number_text.hpp"
+#include "dsp/values/constants.hpp"
 
 namespace apps {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/output/svg_plot.hpp"
+#include "apps/text/svg_plot.hpp"
 #include "ident/equation/response_draws.hpp"
 #include "sim/ode/frequency_response.hpp"
 

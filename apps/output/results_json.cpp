@@ -6,9 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/output/json_parts.hpp"
 #include "apps/output/report_text.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/json_parts.hpp"
 
 namespace apps {
 namespace {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "apps/config/inputs.hpp"
-#include "dsp/fault.hpp"
 #include "dsp/prepare.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/identify.hpp"
 
 namespace apps {

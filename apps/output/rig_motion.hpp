@@ -1,7 +1,7 @@
 #pragma once
 #include <functional>
 
-#include "apps/process/output_folder.hpp"
+#include "apps/output/output_folder.hpp"
 #include "sim/rig/rig_truth.hpp"
 
 namespace apps {

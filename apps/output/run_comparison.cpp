@@ -8,14 +8,14 @@
 #include <optional>
 
 #include "apps/output/equation_file.hpp"
-#include "apps/output/json_parts.hpp"
 #include "apps/output/manifest.hpp"
 #include "apps/output/metrics_file.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/output/truth_json.hpp"
 #include "apps/process/path.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/fault.hpp"
+#include "apps/text/json_parts.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/equation/interval_95.hpp"
 
 namespace apps {

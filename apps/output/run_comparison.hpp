@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/output/run_changes.hpp"
-#include "apps/output/text_grid.hpp"
+#include "apps/text/text_grid.hpp"
 
 namespace apps {
 

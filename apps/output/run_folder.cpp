@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "apps/config/segments_file.hpp"
 #include "apps/output/results_json.hpp"
-#include "apps/output/segments_file.hpp"
 #include "apps/process/interrupt.hpp"
 
 namespace apps {

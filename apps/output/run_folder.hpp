@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "apps/config/inputs.hpp"
+#include "apps/output/output_folder.hpp"
 #include "apps/output/steps_table.hpp"
 #include "apps/output/tables.hpp"
 #include "apps/process/background_hashes.hpp"
-#include "apps/process/output_folder.hpp"
 
 namespace apps {
 

@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "apps/output/json_parts.hpp"
-#include "dsp/fault.hpp"
+#include "apps/text/json_parts.hpp"
 #include "dsp/io/small_file.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 

@@ -6,11 +6,11 @@
 #include <limits>
 #include <sstream>
 
-#include "apps/output/number_text.hpp"
 #include "apps/output/run_json.hpp"
 #include "apps/output/tables.hpp"
-#include "dsp/constants.hpp"
-#include "dsp/fault.hpp"
+#include "apps/text/number_text.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace {

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/output/json_number.hpp"
-#include "apps/output/number_text.hpp"
 #include "apps/output/tables.hpp"
-#include "dsp/constants.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/number_text.hpp"
+#include "dsp/values/constants.hpp"
 
 namespace apps {
 namespace {

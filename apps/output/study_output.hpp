@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "apps/config/study_cells.hpp"
-#include "apps/output/svg_plot.hpp"
+#include "apps/text/svg_plot.hpp"
 
 namespace apps {
 

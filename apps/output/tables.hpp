@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/output/csv_table.hpp"
+#include "apps/text/csv_table.hpp"
 #include "dsp/prepare.hpp"
 #include "ident/identify.hpp"
 

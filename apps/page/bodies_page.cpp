@@ -7,13 +7,13 @@
 #include <cmath>
 
 #include "apps/output/bodies_file.hpp"
-#include "apps/output/number_text.hpp"
-#include "apps/output/rounded.hpp"
 #include "apps/page/document.hpp"
 #include "apps/page/equation_display.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/page/screen_html.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/number_text.hpp"
+#include "apps/text/rounded.hpp"
 
 namespace apps {
 namespace {

@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/output/svg_plot.hpp"
 #include "apps/page/first_screen.hpp"
+#include "apps/text/svg_plot.hpp"
 #include "ident/bodies/bodies.hpp"
 
 // A run with several bodies, shown as one system.

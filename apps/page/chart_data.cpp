@@ -10,8 +10,8 @@
 #include <string_view>
 #include <utility>
 
-#include "apps/output/envelope.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/envelope.hpp"
 
 namespace apps {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/output/svg_plot.hpp"
+#include "apps/text/svg_plot.hpp"
 
 namespace apps {
 

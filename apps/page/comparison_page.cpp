@@ -9,8 +9,8 @@
 #include "apps/page/document.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/constants.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/names.hpp"
 #include "ident/equation/interval_95.hpp"
 
 namespace apps {

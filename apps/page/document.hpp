@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "apps/config/config.hpp"
-#include "apps/output/html_writer.hpp"
+#include "apps/text/html_writer.hpp"
 
 namespace apps {
 

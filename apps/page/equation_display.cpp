@@ -5,9 +5,9 @@
 
 #include <cmath>
 
-#include "apps/output/html_writer.hpp"
-#include "apps/output/rounded.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/html_writer.hpp"
+#include "apps/text/rounded.hpp"
 #include "ident/library/expression.hpp"
 
 namespace apps {

@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "ident/model.hpp"
+#include "ident/equation/model.hpp"
 
 namespace apps {
 

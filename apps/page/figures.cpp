@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "apps/output/tables.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace apps {
 

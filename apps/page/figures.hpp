@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/output/csv_table.hpp"
-#include "apps/output/svg_plot.hpp"
 #include "apps/page/run_results.hpp"
+#include "apps/text/csv_table.hpp"
+#include "apps/text/svg_plot.hpp"
 
 // Figures of a run, each described once: on its page, as a file, and its numbers beside that.
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
 
 namespace apps {
 

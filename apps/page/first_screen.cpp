@@ -8,13 +8,13 @@
 #include <map>
 
 #include "apps/output/report_text.hpp"
-#include "apps/output/rounded.hpp"
-#include "apps/output/wrapped_text.hpp"
 #include "apps/page/equation_display.hpp"
 #include "apps/page/remedies.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/rounded.hpp"
+#include "apps/text/wrapped_text.hpp"
 #include "dsp/io/settings.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/signals.hpp"
 #include "ident/equation/interval_95.hpp"
 
 namespace apps {

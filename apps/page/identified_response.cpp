@@ -4,8 +4,8 @@
 #include <stdexcept>
 
 #include "apps/process/interrupt.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/order_statistics.hpp"
 #include "ident/equation/equation_oscillator.hpp"
 #include "sim/ode/steady_response.hpp"
 

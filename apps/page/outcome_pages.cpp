@@ -6,7 +6,7 @@
 #include "apps/page/document.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 

@@ -10,7 +10,6 @@
 #include "apps/output/report_text.hpp"
 #include "apps/page/chart_data.hpp"
 #include "apps/page/document.hpp"
-#include "apps/page/page_sections.hpp"
 #include "apps/page/screen_html.hpp"
 #include "apps/process/printable.hpp"
 

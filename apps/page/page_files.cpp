@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "apps/page/page.hpp"
-#include "dsp/for_each_index.hpp"
-#include "dsp/memory_limit.hpp"
+#include "dsp/values/for_each_index.hpp"
+#include "dsp/values/memory_limit.hpp"
 
 namespace apps {
 

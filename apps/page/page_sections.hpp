@@ -3,9 +3,9 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/output/html_writer.hpp"
 #include "apps/page/figures.hpp"
 #include "apps/page/run_results.hpp"
+#include "apps/text/html_writer.hpp"
 
 // The parts of report.html below its first screen.
 

@@ -10,8 +10,8 @@
 #include <numbers>
 #include <optional>
 
-#include "apps/output/rounded.hpp"
-#include "dsp/constants.hpp"
+#include "apps/text/rounded.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/library/expression.hpp"
 
 namespace apps {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "ident/model.hpp"
+#include "ident/equation/model.hpp"
 
 // What a vibration engineer calls the coefficients of an equation of motion.
 

@@ -9,9 +9,9 @@
 #include "apps/page/evidence_figures.hpp"
 #include "apps/page/figures.hpp"
 #include "apps/page/power_spectrum.hpp"
-#include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/names.hpp"
 #include "ident/library/expression.hpp"
 
 namespace apps {

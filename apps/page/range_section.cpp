@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/output/number_text.hpp"
 #include "apps/output/prediction.hpp"
 #include "apps/output/report_text.hpp"
-#include "apps/output/rounded.hpp"
 #include "apps/page/equation_display.hpp"
 #include "apps/page/page.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/page/physical_terms.hpp"
 #include "apps/process/printable.hpp"
+#include "apps/text/number_text.hpp"
+#include "apps/text/rounded.hpp"
 
 namespace apps {
 namespace {

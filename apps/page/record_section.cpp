@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "apps/output/number_text.hpp"
 #include "apps/output/results_json.hpp"
-#include "apps/output/rounded.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/process/printable.hpp"
 #include "apps/process/version.hpp"
+#include "apps/text/number_text.hpp"
+#include "apps/text/rounded.hpp"
 
 namespace apps {
 namespace {

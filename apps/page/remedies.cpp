@@ -6,15 +6,15 @@
 #include <algorithm>
 
 #include "apps/process/console.hpp"
-#include "dsp/names.hpp"
-#include "dsp/sensors/power_check.hpp"
-#include "dsp/sensors/sensor_checks.hpp"
+#include "dsp/prepare/power_check.hpp"
+#include "dsp/prepare/sensor_checks.hpp"
 #include "dsp/sensors/sensor_problems.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/names.hpp"
+#include "dsp/values/signals.hpp"
 #include "ident/equation/percent.hpp"
+#include "ident/judgement/findings.hpp"
+#include "ident/judgement/verdict_rules.hpp"
 #include "ident/library/expression.hpp"
-#include "ident/validate/findings.hpp"
-#include "ident/validate/verdict_rules.hpp"
 
 namespace apps {
 namespace {

@@ -8,7 +8,7 @@
 #include "apps/output/steps_table.hpp"
 #include "apps/page/physical_terms.hpp"
 #include "ident/identify.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 #include "ident/validate/predict.hpp"
 
 namespace apps {

@@ -1,7 +1,7 @@
 #pragma once
-#include "apps/output/html_writer.hpp"
 #include "apps/page/first_screen.hpp"
 #include "apps/page/page_sections.hpp"
+#include "apps/text/html_writer.hpp"
 
 namespace apps {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <map>
 
-#include "apps/output/json_number.hpp"
-#include "dsp/order_statistics.hpp"
+#include "apps/text/json_number.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace apps {
 namespace {

@@ -6,10 +6,10 @@
 #include <map>
 #include <utility>
 
-#include "apps/output/json_number.hpp"
-#include "apps/output/number_text.hpp"
 #include "apps/paper/findings.hpp"
 #include "apps/paper/tables.hpp"
+#include "apps/text/json_number.hpp"
+#include "apps/text/number_text.hpp"
 #include "ident/bodies/bodies.hpp"
 #include "ident/validate/metrics.hpp"
 

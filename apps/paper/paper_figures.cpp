@@ -8,7 +8,7 @@
 #include "apps/output/response_report.hpp"
 #include "apps/paper/paper_data.hpp"
 #include "apps/process/interrupt.hpp"
-#include "sim/ode/frequency_response.hpp"
+#include "sim/rig/qzs_rig.hpp"
 
 namespace apps {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
-#include "apps/output/svg_plot.hpp"
 #include "apps/paper/replicate_case.hpp"
 #include "apps/paper/rig.hpp"
+#include "apps/text/svg_plot.hpp"
 
 namespace apps {
 

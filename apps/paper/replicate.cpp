@@ -10,7 +10,7 @@
 #include "apps/paper/replicate_page.hpp"
 #include "apps/paper/rig_comparison.hpp"
 #include "apps/paper/tables.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 namespace {

@@ -2,9 +2,9 @@
 #include <string>
 #include <vector>
 
+#include "apps/output/output_folder.hpp"
 #include "apps/paper/replicate_case.hpp"
 #include "apps/process/console.hpp"
-#include "apps/process/output_folder.hpp"
 
 namespace apps {
 

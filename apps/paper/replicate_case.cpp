@@ -4,10 +4,10 @@
 #include <cmath>
 #include <ctime>
 
-#include "apps/output/json_number.hpp"
 #include "apps/paper/paper_data.hpp"
 #include "apps/process/interrupt.hpp"
-#include "ident/methods.hpp"
+#include "apps/text/json_number.hpp"
+#include "ident/regression/methods.hpp"
 #include "ident/regression/multi_rvm.hpp"
 #include "ident/validate/metrics.hpp"
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "apps/config/identification.hpp"
-#include "apps/output/json_number.hpp"
 #include "apps/paper/paper_data.hpp"
 #include "apps/process/interrupt.hpp"
+#include "apps/text/json_number.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "sim/rig/qzs_rig.hpp"
 #include "sim/rig/rig_recording.hpp"

@@ -2,9 +2,9 @@
 #include <string>
 #include <vector>
 
+#include "apps/output/output_folder.hpp"
 #include "apps/paper/replicate_case.hpp"
 #include "apps/process/console.hpp"
-#include "apps/process/output_folder.hpp"
 #include "ident/identify.hpp"
 
 // Section 5 of [QZS23] on the rig's twins: the record is simulated at 25.6 kHz, written, read back and identified as a

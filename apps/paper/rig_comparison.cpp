@@ -9,8 +9,8 @@
 #include <map>
 #include <numbers>
 
-#include "apps/output/number_text.hpp"
 #include "apps/paper/comparison.hpp"
+#include "apps/text/number_text.hpp"
 #include "ident/library/expression.hpp"
 
 namespace apps {

@@ -9,7 +9,7 @@
 
 #include "apps/paper/paper_data.hpp"
 #include "apps/process/interrupt.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/library/expression.hpp"
 #include "ident/regression/posterior.hpp"
 #include "sim/noise.hpp"

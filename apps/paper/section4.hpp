@@ -5,10 +5,10 @@
 #include <string_view>
 #include <vector>
 
-#include "dsp/motion.hpp"
-#include "ident/fit.hpp"
-#include "ident/library.hpp"
-#include "ident/r_factor.hpp"
+#include "dsp/sensors/motion.hpp"
+#include "ident/library/library.hpp"
+#include "ident/regression/fit.hpp"
+#include "ident/regression/r_factor.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
 

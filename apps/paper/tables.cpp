@@ -6,12 +6,12 @@
 #include <cmath>
 #include <map>
 
-#include "apps/output/number_text.hpp"
-#include "apps/output/wrapped_text.hpp"
 #include "apps/paper/inner_state.hpp"
 #include "apps/paper/paper_data.hpp"
 #include "apps/paper/rig_comparison.hpp"
-#include "dsp/order_statistics.hpp"
+#include "apps/text/number_text.hpp"
+#include "apps/text/wrapped_text.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace apps {
 namespace {

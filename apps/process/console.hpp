@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 

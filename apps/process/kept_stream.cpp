@@ -16,8 +16,8 @@
 
 #include "apps/process/interrupt.hpp"
 #include "apps/process/system_fault.hpp"
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace apps {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace apps {
 

@@ -24,17 +24,17 @@
 #include "apps/process/console.hpp"
 #include "apps/process/interrupt.hpp"
 #include "apps/process/version.hpp"
-#include "dsp/faults.hpp"
 #include "dsp/io/array_file.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/recording_files.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/io/units.hpp"
-#include "dsp/names.hpp"
 #include "dsp/prepare.hpp"
-#include "dsp/read_recording.hpp"
 #include "dsp/regimes/regime.hpp"
 #include "dsp/segment_regimes.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/faults.hpp"
+#include "dsp/values/names.hpp"
+#include "dsp/values/signals.hpp"
 
 // What the package `ardent` (apps/python/ardent) stands on: readers, preparation and regimes on arrays, and every
 // command. Names, defaults and sentences for people are in the package.

@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "apps/reference/setting_reference.hpp"
-#include "dsp/signals.hpp"
-#include "ident/methods.hpp"
-#include "ident/validate/verdict_rules.hpp"
+#include "dsp/values/signals.hpp"
+#include "ident/judgement/verdict_rules.hpp"
+#include "ident/regression/methods.hpp"
 
 namespace apps {
 namespace {

@@ -4,8 +4,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "dsp/sensors/sensor_consistency.hpp"
-
 namespace dsp {
 
 using Eigen::Index;

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
 #include "dsp/filter/spectral.hpp"
 
 namespace dsp {

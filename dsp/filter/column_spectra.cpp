@@ -1,6 +1,6 @@
 #include "dsp/filter/column_spectra.hpp"
 
-#include "dsp/for_each_index.hpp"
+#include "dsp/values/for_each_index.hpp"
 
 namespace dsp {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "dsp/filter/spectral.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/set_shape.hpp"
+#include "dsp/values/set_shape.hpp"
 
 // What FFTW calls where it gets no memory; its own prints and aborts. Ours comes first as long as FFTW is a shared
 // library. The exception passes through C code, which on Linux unwinds as C++ does.

@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dsp/constants.hpp"
 #include "dsp/filter/kaiser.hpp"
+#include "dsp/values/constants.hpp"
 
 namespace dsp {
 namespace {

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
 
 namespace dsp {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "dsp/filter/fft.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace dsp {
 namespace {

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <utility>
 
 namespace dsp {
 namespace {
@@ -94,6 +93,15 @@ VectorXd ExtendedSpectrum::derivative(int order, const SpectralBand& band) const
     product(k) = spectrum_(k) * (factor * turn);
   }
   return back(std::move(product), order == 0 ? mean_ : 0.0);
+}
+
+std::complex<double> highpass_response(const std::vector<double>& cutoffs_hz, double frequency_hz) {
+  std::complex<double> value = 1.0;
+  // i f / (c + i f) without a complex division, which guards against overflow at several times the price.
+  for (const double cutoff : cutoffs_hz)
+    value *=
+        frequency_hz / (cutoff * cutoff + frequency_hz * frequency_hz) * std::complex<double>(frequency_hz, cutoff);
+  return value;
 }
 
 double ExtendedSpectrum::power_fraction_above(double limit_hz) const {

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <complex>
 #include <utility>
+#include <vector>
 
 #include "dsp/filter/burg.hpp"
 #include "dsp/filter/fft.hpp"
@@ -13,6 +14,9 @@ struct SpectralBand {
   double rolloff_hz = 0.0, cutoff_hz = 0.0;
   [[nodiscard]] double gain(double frequency_hz) const;
 };
+
+/// prod_k i f / (f_k + i f); zero at f = 0 where there is a cut-off.
+[[nodiscard]] std::complex<double> highpass_response(const std::vector<double>& cutoffs_hz, double frequency_hz);
 
 /// The spectrum of a whole record, its mean removed and its ends extended by linear prediction so that it closes on
 /// itself, ready for any linear time-invariant operator. Costs one FFT to make and one inverse FFT per signal had from

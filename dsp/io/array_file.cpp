@@ -18,8 +18,8 @@
 #include "dsp/io/table_header.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/units.hpp"
-#include "dsp/memory_limit.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/memory_limit.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

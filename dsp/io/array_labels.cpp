@@ -6,7 +6,7 @@
 
 #include "dsp/io/table_header.hpp"
 #include "dsp/io/units.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "dsp/io/sample_source.hpp"
 #include "dsp/io/sidecar.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

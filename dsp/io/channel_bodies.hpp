@@ -2,7 +2,7 @@
 #include <optional>
 #include <vector>
 
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
+#include "dsp/io/found_derivatives.hpp"
 #include "dsp/io/sample_source.hpp"
 #include "dsp/io/sidecar.hpp"
-#include "dsp/recording.hpp"
-#include "dsp/sensors/found_derivatives.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

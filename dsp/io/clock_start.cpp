@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 
 namespace dsp {
 double ClockStart::until(const ClockStart& other) const {

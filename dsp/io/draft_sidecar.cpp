@@ -3,12 +3,12 @@
 #include <sstream>
 #include <utility>
 
-#include "dsp/faults.hpp"
 #include "dsp/io/calibrate.hpp"
 #include "dsp/io/channel_roles.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/recording_files.hpp"
-#include "dsp/names.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/values/faults.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -8,8 +8,8 @@
 #include <new>
 #include <string_view>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/input_file.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace dsp {
 

@@ -13,8 +13,8 @@
 #include "dsp/io/background_digest.hpp"
 #include "dsp/io/flac_decoder.hpp"
 #include "dsp/io/input_file.hpp"
-#include "dsp/names.hpp"
-#include "dsp/set_shape.hpp"
+#include "dsp/values/names.hpp"
+#include "dsp/values/set_shape.hpp"
 
 namespace dsp {
 namespace {

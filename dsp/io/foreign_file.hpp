@@ -2,8 +2,8 @@
 #include <string>
 #include <string_view>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/input_file.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace dsp {
 

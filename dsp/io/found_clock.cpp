@@ -6,11 +6,11 @@
 #include <array>
 #include <cmath>
 
-#include "dsp/constants.hpp"
-#include "dsp/fault.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/io/table_layout.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace dsp {
 namespace {

@@ -10,12 +10,12 @@
 #include <optional>
 #include <utility>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/array_file.hpp"
 #include "dsp/io/survives.hpp"
 #include "dsp/io/table_header.hpp"
-#include "dsp/memory_limit.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/memory_limit.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -8,12 +8,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/array_file.hpp"
 #include "dsp/io/moment.hpp"
 #include "dsp/io/table_cells.hpp"
-#include "dsp/memory_limit.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/memory_limit.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -13,7 +13,7 @@
 #include <string>
 #include <string_view>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace dsp {
 namespace {

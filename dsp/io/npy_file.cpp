@@ -12,7 +12,7 @@
 #include "dsp/io/foreign_file.hpp"
 #include "dsp/io/table_cells.hpp"
 #include "dsp/io/zip_archive.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "dsp/io/array_file.hpp"
 #include "dsp/io/channel_roles.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -6,10 +6,10 @@
 #include <unordered_map>
 #include <vector>
 
-#include "dsp/faults.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/sample_source.hpp"
 #include "dsp/io/sidecar.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/values/faults.hpp"
 
 namespace dsp {
 

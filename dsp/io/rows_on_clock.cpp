@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "dsp/samples/short_gap.hpp"
-#include "dsp/set_shape.hpp"
+#include "dsp/values/set_shape.hpp"
 
 namespace dsp {
 

@@ -17,8 +17,8 @@
 #include "dsp/io/table_file.hpp"
 #include "dsp/io/tdms_file.hpp"
 #include "dsp/io/uff_file.hpp"
-#include "dsp/memory_limit.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/memory_limit.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
 #include "dsp/io/clock_kind.hpp"
 #include "dsp/io/clock_start.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

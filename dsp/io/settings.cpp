@@ -5,7 +5,7 @@
 
 #include "dsp/io/settings_document.hpp"
 #include "dsp/io/small_file.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "dsp/faults.hpp"
 #include "dsp/io/setting.hpp"
+#include "dsp/values/faults.hpp"
 
 namespace dsp {
 

@@ -7,7 +7,7 @@
 
 #include "dsp/io/settings.hpp"
 #include "dsp/io/settings_document.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <sstream>
 
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "dsp/faults.hpp"
 #include "dsp/io/setting.hpp"
 #include "dsp/io/toml_text.hpp"
+#include "dsp/values/faults.hpp"
 
 namespace dsp {
 

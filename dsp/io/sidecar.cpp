@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "dsp/io/sidecar_rows.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -10,7 +10,7 @@
 #include "dsp/io/range_spec.hpp"
 #include "dsp/io/settings.hpp"
 #include "dsp/io/units.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

@@ -5,8 +5,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "dsp/names.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/names.hpp"
+#include "dsp/values/signals.hpp"
 
 namespace dsp {
 namespace {

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace dsp {
 

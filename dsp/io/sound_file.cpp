@@ -15,8 +15,8 @@
 #include "dsp/io/sound_bytes.hpp"
 #include "dsp/io/sound_handle.hpp"
 #include "dsp/io/sound_header.hpp"
-#include "dsp/names.hpp"
-#include "dsp/set_shape.hpp"
+#include "dsp/values/names.hpp"
+#include "dsp/values/set_shape.hpp"
 
 namespace dsp {
 namespace {

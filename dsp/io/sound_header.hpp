@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace dsp {
 

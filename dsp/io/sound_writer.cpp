@@ -16,10 +16,10 @@
 #include <system_error>
 #include <utility>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/sound_handle.hpp"
 #include "dsp/io/sound_output.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

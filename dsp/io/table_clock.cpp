@@ -9,7 +9,7 @@
 #include "dsp/io/recording_files.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/io/table_layout.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace dsp {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dsp/io/clock_kind.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

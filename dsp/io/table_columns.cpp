@@ -11,8 +11,8 @@
 #include "dsp/io/moment.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/io/units.hpp"
-#include "dsp/names.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/names.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace dsp {
 namespace {

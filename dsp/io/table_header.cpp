@@ -10,7 +10,7 @@
 
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/units.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -6,13 +6,13 @@
 #include <array>
 #include <cmath>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/foreign_file.hpp"
 #include "dsp/io/labview_layout.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/io/table_columns.hpp"
 #include "dsp/io/table_header.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "dsp/io/moment.hpp"
 #include "dsp/io/text_lines.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -5,9 +5,9 @@
 #include <string_view>
 #include <variant>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/array_file.hpp"
 #include "dsp/io/input_file.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace dsp {
 

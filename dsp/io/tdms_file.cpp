@@ -8,14 +8,14 @@
 #include <map>
 #include <optional>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/array_file.hpp"
 #include "dsp/io/table_header.hpp"
 #include "dsp/io/table_layout.hpp"
 #include "dsp/io/tdms_scale.hpp"
 #include "dsp/io/tdms_segments.hpp"
 #include "dsp/io/units.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "dsp/names.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

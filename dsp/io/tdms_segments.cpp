@@ -9,10 +9,10 @@
 #include <numeric>
 #include <string_view>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/foreign_file.hpp"
 #include "dsp/io/table_header.hpp"
-#include "dsp/memory_limit.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/memory_limit.hpp"
 
 namespace dsp {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace dsp {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cctype>
 
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace dsp {
 namespace {

@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/constants.hpp"
 #include "dsp/io/channel_roles.hpp"
 #include "dsp/io/table_cells.hpp"
-#include "dsp/names.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/names.hpp"
+#include "dsp/values/signals.hpp"
 
 namespace dsp {
 namespace {

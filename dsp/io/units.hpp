@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

@@ -3,7 +3,7 @@
 #include <functional>
 #include <limits>
 
-#include "dsp/prepare.hpp"
+#include "dsp/prepare/prepared.hpp"
 
 namespace dsp {
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 #include "dsp/prepare/motion_band.hpp"
 #include "dsp/samples/fill_gaps.hpp"

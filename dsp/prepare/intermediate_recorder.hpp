@@ -3,10 +3,10 @@
 #include <optional>
 #include <vector>
 
-#include "dsp/decimate.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/filter/decimate.hpp"
 #include "dsp/samples/faulty_samples.hpp"
 #include "dsp/samples/raw_spectrum.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "dsp/io/channel_bodies.hpp"
-#include "dsp/motion.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/samples/hold_length.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/sensors/motion.hpp"
+#include "dsp/values/signals.hpp"
 
 namespace dsp {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "dsp/prepare.hpp"
+#include "dsp/prepare/prepared.hpp"
 #include "dsp/samples/raw_spectrum.hpp"
 
 namespace dsp {

@@ -1,7 +1,7 @@
 #pragma once
 #include <optional>
 
-#include "dsp/prepare.hpp"
+#include "dsp/prepare/prepared.hpp"
 
 namespace dsp {
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "dsp/filter/filter_design.hpp"
-#include "dsp/prepare.hpp"
 #include "dsp/prepare/prepare_filters.hpp"
 
 namespace dsp {
@@ -137,6 +136,15 @@ PrepareOptions resolved(const PrepareOptions& options, double sample_rate_hz) {
               fmt::format("prepare: from {} Hz to {} Hz there is no filter of a reasonable length, the ratio being no "
                           "fraction of small numbers; the nearest possible rate_hz is {}",
                           sample_rate_hz, o.rate_hz, nearest_hz));
+}
+
+const Channel* Prepared::channel(Role role) const& {
+  const auto found = std::find_if(channels.begin(), channels.end(), [&](const Channel& c) { return c.role == role; });
+  return found == channels.end() ? nullptr : &*found;
+}
+
+bool Prepared::integrated() const {
+  return options.integrate_from_hz > 0.0 && !has_displacement({.channels = channels});
 }
 
 }  // namespace dsp

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 
 namespace dsp {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 
 namespace dsp {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "dsp/filter/spectral.hpp"
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 
 namespace dsp {
 

@@ -2,9 +2,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "dsp/motion.hpp"
 #include "dsp/regimes/reversals.hpp"
-#include "dsp/segment_regimes.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "dsp/sensors/mount.hpp"
 
 namespace dsp {

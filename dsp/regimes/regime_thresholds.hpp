@@ -1,4 +1,5 @@
 #pragma once
+#include "dsp/regimes/regime.hpp"
 #include "dsp/regimes/regime_signs.hpp"
 
 namespace dsp {

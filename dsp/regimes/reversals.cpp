@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "dsp/filter/short_low_pass.hpp"
-#include "dsp/order_statistics.hpp"
 #include "dsp/regimes/halt_fit.hpp"
 #include "dsp/regimes/halt_rows.hpp"
 #include "dsp/regimes/harmonics.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace dsp {
 namespace {

@@ -5,11 +5,11 @@
 #include <complex>
 #include <numbers>
 
-#include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
-#include "dsp/linear.hpp"
-#include "dsp/order_statistics.hpp"
 #include "dsp/regimes/harmonics.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace dsp {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 
 namespace dsp {
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "dsp/regimes/regime.hpp"
 #include "dsp/regimes/regime_signs.hpp"
 
 namespace dsp {

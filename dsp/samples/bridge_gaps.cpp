@@ -6,9 +6,9 @@
 #include <cmath>
 #include <iterator>
 
-#include "dsp/memory_limit.hpp"
 #include "dsp/samples/short_gap.hpp"
-#include "dsp/set_shape.hpp"
+#include "dsp/values/memory_limit.hpp"
+#include "dsp/values/set_shape.hpp"
 
 namespace dsp {
 

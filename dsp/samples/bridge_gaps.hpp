@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "dsp/decimate.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/filter/decimate.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

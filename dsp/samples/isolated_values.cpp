@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace dsp {
 namespace {

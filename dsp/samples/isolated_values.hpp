@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "dsp/decimate.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/filter/decimate.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
 
 namespace dsp {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "dsp/recording.hpp"
 #include "dsp/samples/sample_cells.hpp"
 #include "dsp/samples/standstill.hpp"
+#include "dsp/values/recording.hpp"
 
 namespace dsp {
 

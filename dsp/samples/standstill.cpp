@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace dsp {
 namespace {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <complex>
 
-#include "dsp/constants.hpp"
 #include "dsp/filter/short_low_pass.hpp"
-#include "dsp/linear.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace dsp {
 namespace {

@@ -3,17 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <functional>
 #include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
 
-#include "dsp/constants.hpp"
-#include "dsp/for_each_index.hpp"
-#include "dsp/linear.hpp"
-#include "dsp/order_statistics.hpp"
 #include "dsp/sensors/band_windows.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/for_each_index.hpp"
+#include "dsp/values/linear.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace dsp {
 namespace {
@@ -272,14 +273,6 @@ SensorRelation related(const SpectrumOf& displacement, const Eigen::Ref<const Ve
 }
 
 }  // namespace
-
-Complex highpass_response(const std::vector<double>& cutoffs_hz, double frequency_hz) {
-  Complex value = 1.0;
-  // i f / (c + i f) without a complex division, which guards against overflow at several times the price.
-  for (const double cutoff : cutoffs_hz)
-    value *= frequency_hz / (cutoff * cutoff + frequency_hz * frequency_hz) * Complex(frequency_hz, cutoff);
-  return value;
-}
 
 SensorRelation relate_sensors(const Eigen::Ref<const VectorXd>& displacement,
                               const Eigen::Ref<const VectorXd>& acceleration, double sample_rate_hz,

@@ -1,6 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <complex>
 #include <string>
 #include <vector>
 
@@ -44,9 +43,6 @@ struct RelateOptions {
                                             const Eigen::Ref<const Eigen::VectorXd>& acceleration_m_per_s2,
                                             double sample_rate_hz, const std::vector<unsigned char>& excluded,
                                             const RelateOptions& options = {});
-
-/// prod_k i f / (f_k + i f); zero at f = 0 where there is a cut-off.
-[[nodiscard]] std::complex<double> highpass_response(const std::vector<double>& cutoffs_hz, double frequency_hz);
 
 /// Which of the two sensors of a pair is believed in scale.
 enum class ScaleReference { displacement, accelerometer };

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <optional>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 
 namespace dsp {
 namespace {

@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/bodies/choice.hpp"
 #include "ident/bodies/loop.hpp"
 #include "ident/bodies/statement.hpp"

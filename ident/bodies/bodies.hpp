@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 #include "ident/bodies/candidates.hpp"
 #include "ident/bodies/couplings.hpp"
 #include "ident/bodies/modes.hpp"
-#include "ident/verdict.hpp"
+#include "ident/equation/verdict.hpp"
 
 namespace ident {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "ident/library.hpp"
+#include "ident/library/library.hpp"
 
 namespace ident {
 namespace {

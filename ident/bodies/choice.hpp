@@ -3,8 +3,8 @@
 
 #include "ident/bodies/bodies.hpp"
 #include "ident/bodies/statement.hpp"
-#include "ident/likelihood.hpp"
 #include "ident/state_space/select.hpp"
+#include "ident/validate/range_result.hpp"
 
 namespace ident {
 

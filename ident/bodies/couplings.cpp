@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dsp/constants.hpp"
-#include "dsp/linear.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
 
 namespace ident {
 namespace {

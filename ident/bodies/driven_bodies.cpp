@@ -10,8 +10,8 @@
 #include <set>
 #include <utility>
 
-#include "dsp/constants.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/bodies/system.hpp"
 #include "ident/library/expression.hpp"
 #include "sim/ode/friction.hpp"

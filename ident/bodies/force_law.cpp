@@ -6,10 +6,10 @@
 #include <optional>
 #include <utility>
 
-#include "dsp/constants.hpp"
-#include "dsp/linear.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
 #include "ident/bodies/choice.hpp"
-#include "ident/r_factor.hpp"
+#include "ident/regression/r_factor.hpp"
 #include "ident/state_space/output_error.hpp"
 #include "ident/state_space/start.hpp"
 #include "ident/validate/independent_rows.hpp"

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/bodies/bodies.hpp"
 #include "ident/bodies/statement.hpp"
 #include "ident/state_space/fit.hpp"

@@ -1,6 +1,6 @@
 #include "ident/bodies/loop.hpp"
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/bodies/statement.hpp"
 #include "ident/state_space/start.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <complex>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/state_space/model.hpp"
 
 namespace ident {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/ranges/pieces.hpp"
 #include "ident/state_space/start.hpp"
 #include "ident/state_space/thin.hpp"

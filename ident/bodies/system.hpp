@@ -2,7 +2,7 @@
 #include <functional>
 
 #include "ident/bodies/bodies.hpp"
-#include "sim/system.hpp"
+#include "sim/ode/system.hpp"
 
 namespace ident {
 

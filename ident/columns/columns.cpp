@@ -7,11 +7,11 @@
 #include <limits>
 #include <utility>
 
-#include "dsp/for_each_index.hpp"
-#include "dsp/memory_limit.hpp"
 #include "dsp/prepare/filtered_stretch.hpp"
+#include "dsp/values/for_each_index.hpp"
+#include "dsp/values/memory_limit.hpp"
+#include "ident/columns/sensor_columns.hpp"
 #include "ident/sensors/channel_noise.hpp"
-#include "ident/sensors/sensor_columns.hpp"
 #include "ident/switches/exact_switches.hpp"
 #include "ident/switches/held_by_ground.hpp"
 

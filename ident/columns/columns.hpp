@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "dsp/prepare.hpp"
+#include "dsp/prepare/power_check.hpp"
 #include "dsp/segment_regimes.hpp"
-#include "dsp/sensors/power_check.hpp"
 #include "ident/columns/block_means.hpp"
-#include "ident/library.hpp"
+#include "ident/library/library.hpp"
 #include "ident/sensors/sensor_parameters.hpp"
 
 namespace ident {

@@ -2,7 +2,7 @@
 #include <string>
 
 #include "dsp/prepare.hpp"
-#include "ident/library.hpp"
+#include "ident/library/library.hpp"
 
 namespace ident {
 

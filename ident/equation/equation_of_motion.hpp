@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ident/library/expression.hpp"
-#include "sim/system.hpp"
+#include "sim/ode/system.hpp"
 
 namespace ident {
 

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/constants.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/equation/equation_of_motion.hpp"
 
 namespace ident {

@@ -1,6 +1,6 @@
 #include "ident/equation/identified_equation.hpp"
 
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 #include "sim/noise.hpp"
 
 namespace ident {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "ident/verdict.hpp"
+#include "ident/equation/verdict.hpp"
 
 namespace ident {
 

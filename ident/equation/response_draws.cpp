@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
-#include "dsp/constants.hpp"
-#include "dsp/for_each_index.hpp"
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/for_each_index.hpp"
+#include "dsp/values/order_statistics.hpp"
 #include "ident/equation/equation_oscillator.hpp"
 #include "sim/noise.hpp"
 

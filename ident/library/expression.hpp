@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "ident/library/expression_printers.hpp"
 
 namespace ident {

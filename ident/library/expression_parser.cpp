@@ -8,8 +8,8 @@
 #include <charconv>
 #include <utility>
 
-#include "dsp/fault.hpp"
-#include "dsp/names.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/names.hpp"
 
 namespace ident {
 namespace {

@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace ident {
 namespace {

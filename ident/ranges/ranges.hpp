@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "dsp/io/range_spec.hpp"
-#include "dsp/recording.hpp"
 #include "dsp/regimes/regime.hpp"
+#include "dsp/values/recording.hpp"
 #include "ident/columns/columns.hpp"
 
 namespace ident {

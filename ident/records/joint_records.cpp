@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "ident/records/record_coefficients.hpp"
+#include "ident/selection/record_coefficients.hpp"
 #include "ident/selection/select_size.hpp"
 
 namespace ident {

@@ -2,10 +2,10 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "ident/fit.hpp"
-#include "ident/library.hpp"
-#include "ident/r_factor.hpp"
+#include "ident/library/library.hpp"
 #include "ident/records/terms_by_record.hpp"
+#include "ident/regression/fit.hpp"
+#include "ident/regression/r_factor.hpp"
 #include "ident/selection/effective_size.hpp"
 
 namespace ident {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "ident/columns/rows_of_terms.hpp"
+#include "ident/ranges/rows_of_terms.hpp"
 
 namespace ident {
 namespace {

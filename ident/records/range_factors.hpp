@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "ident/columns/columns.hpp"
-#include "ident/r_factor.hpp"
 #include "ident/ranges/ranges.hpp"
+#include "ident/regression/r_factor.hpp"
 #include "ident/selection/effective_size.hpp"
 
 namespace ident {

@@ -10,13 +10,13 @@
 #include <new>
 #include <utility>
 
-#include "dsp/fault.hpp"
-#include "dsp/for_each_index.hpp"
-#include "dsp/memory_limit.hpp"
 #include "dsp/regimes/regime.hpp"
 #include "dsp/regimes/regime_signs.hpp"
-#include "dsp/signals.hpp"
-#include "ident/ranges/left_out.hpp"
+#include "dsp/values/fault.hpp"
+#include "dsp/values/for_each_index.hpp"
+#include "dsp/values/memory_limit.hpp"
+#include "dsp/values/signals.hpp"
+#include "ident/records/left_out.hpp"
 #include "ident/switches/held_by_ground.hpp"
 
 namespace ident {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "ident/columns/columns.hpp"
-#include "ident/library.hpp"
+#include "ident/library/library.hpp"
 
 namespace ident {
 

@@ -2,7 +2,7 @@
 #include <utility>
 #include <vector>
 
-#include "ident/methods.hpp"
+#include "ident/regression/methods.hpp"
 
 namespace ident {
 

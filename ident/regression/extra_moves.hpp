@@ -1,5 +1,5 @@
 #pragma once
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "ident/regression/rvm_state.hpp"
 
 // What the search of a fast RVM does beyond Algorithm 1 of [QZS23]. The algorithm climbs to the nearest of many ends,

@@ -1,5 +1,5 @@
 #pragma once
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "ident/regression/rvm_state.hpp"
 
 namespace ident {

@@ -8,8 +8,8 @@
 #include <numeric>
 #include <utility>
 
-#include "dsp/constants.hpp"
-#include "dsp/linear.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
 #include "ident/regression/weak_terms.hpp"
 
 namespace ident {

@@ -2,7 +2,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "ident/regression/posterior.hpp"
 
 namespace ident {

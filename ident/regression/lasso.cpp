@@ -3,10 +3,10 @@
 #include <limits>
 #include <stdexcept>
 
-#include "dsp/constants.hpp"
-#include "ident/fit.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
+#include "ident/regression/fit.hpp"
 
 namespace ident {
 namespace {

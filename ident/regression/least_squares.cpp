@@ -1,8 +1,8 @@
 #include <stdexcept>
 
-#include "ident/fit.hpp"
 #include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
+#include "ident/regression/fit.hpp"
 
 namespace ident {
 namespace {

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 
 namespace ident {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 
 namespace ident {
 namespace {

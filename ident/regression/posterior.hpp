@@ -2,8 +2,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "ident/fit.hpp"
-#include "ident/r_factor.hpp"
+#include "ident/regression/fit.hpp"
+#include "ident/regression/r_factor.hpp"
 
 namespace ident {
 

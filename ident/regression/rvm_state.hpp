@@ -3,7 +3,7 @@
 #include <limits>
 #include <vector>
 
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "ident/regression/posterior.hpp"
 
 namespace ident {

@@ -2,9 +2,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "ident/fit.hpp"
 #include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "ident/regression/posterior.hpp"
 
 namespace ident {

@@ -1,10 +1,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "dsp/constants.hpp"
-#include "ident/fit.hpp"
+#include "dsp/values/constants.hpp"
 #include "ident/regression/describe.hpp"
 #include "ident/regression/finish_fit.hpp"
+#include "ident/regression/fit.hpp"
 
 namespace ident {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 
 namespace ident {
 namespace {

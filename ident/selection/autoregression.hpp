@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "ident/r_factor.hpp"
+#include "ident/regression/r_factor.hpp"
 
 // Noise that is an autoregression of order one: e_t = rho e_(t-1) + white. Rows e_t - rho e_(t-1) make of it an
 // ordinary regression, and lose nothing: generalised least squares. Of order one only, which is what drifts and

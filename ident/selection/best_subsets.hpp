@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "ident/records/record_problems.hpp"
+#include "ident/selection/record_problems.hpp"
 
 namespace ident {
 

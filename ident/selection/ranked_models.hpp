@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "ident/regression/posterior.hpp"
 
 namespace ident {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "ident/columns/columns.hpp"
-#include "ident/library.hpp"
+#include "ident/library/library.hpp"
 #include "ident/ranges/ranges.hpp"
 #include "ident/selection/nearest_distant_row.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "dsp/filter/power_density.hpp"
 #include "dsp/filter/spectral.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/signals.hpp"
 
 namespace ident {
 namespace {

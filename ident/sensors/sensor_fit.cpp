@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 
 namespace ident {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "ident/r_factor.hpp"
+#include "ident/regression/r_factor.hpp"
 
 // A regression t = Phi c + Psi eta + noise in which the values eta of sensor parameters have normal priors about zero.
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dsp/for_each_index.hpp"
+#include "dsp/values/for_each_index.hpp"
 #include "ident/state_space/step.hpp"
 
 namespace ident::state_space {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 #include "ident/state_space/step.hpp"
 
 namespace ident::state_space {

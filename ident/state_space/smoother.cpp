@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "dsp/for_each_index.hpp"
+#include "dsp/values/for_each_index.hpp"
 
 namespace ident::state_space {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 
 namespace ident {
 

@@ -5,7 +5,7 @@
 #include <complex>
 #include <numbers>
 
-#include "ident/validate/interpolant.hpp"
+#include "ident/switches/interpolant.hpp"
 
 namespace ident {
 namespace {

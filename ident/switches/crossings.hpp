@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "dsp/filter/kink_kernel.hpp"
-#include "dsp/motion.hpp"
 #include "dsp/prepare/filtered_stretch.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "ident/library/expression.hpp"
 
 namespace ident {

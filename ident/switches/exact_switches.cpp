@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <utility>
 
-#include "dsp/decimate.hpp"
-#include "dsp/filter/short_low_pass.hpp"
+#include "dsp/filter/decimate.hpp"
 
 namespace ident {
 namespace {

@@ -6,7 +6,7 @@
 #include "dsp/filter/short_low_pass.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/prepare/filtered_stretch.hpp"
-#include "ident/library.hpp"
+#include "ident/library/library.hpp"
 #include "ident/switches/crossings.hpp"
 
 namespace ident {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/order_statistics.hpp"
+#include "dsp/values/order_statistics.hpp"
 
 namespace ident {
 namespace {

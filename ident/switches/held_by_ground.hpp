@@ -1,10 +1,10 @@
 #pragma once
 #include <optional>
 
-#include "dsp/fault.hpp"
-#include "dsp/motion.hpp"
 #include "dsp/prepare.hpp"
 #include "dsp/segment_regimes.hpp"
+#include "dsp/sensors/motion.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace ident {
 

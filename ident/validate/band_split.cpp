@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "dsp/filter/column_filter.hpp"
-#include "ident/columns/rows_of_terms.hpp"
 #include "ident/equation/interval_95.hpp"
+#include "ident/ranges/rows_of_terms.hpp"
 #include "ident/validate/metrics.hpp"
 
 namespace ident {

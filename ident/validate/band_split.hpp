@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "ident/columns/columns.hpp"
-#include "ident/fit.hpp"
-#include "ident/model.hpp"
+#include "ident/equation/model.hpp"
 #include "ident/ranges/ranges.hpp"
+#include "ident/regression/fit.hpp"
 
 namespace ident {
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 
-#include "dsp/constants.hpp"
 #include "dsp/filter/strongest_line.hpp"
-#include "dsp/linear.hpp"
-#include "ident/columns/rows_of_terms.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
 #include "ident/equation/interval_95.hpp"
+#include "ident/ranges/rows_of_terms.hpp"
 
 namespace ident {
 namespace {

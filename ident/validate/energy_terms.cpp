@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "ident/equation/interval_95.hpp"
 #include "ident/library/expression.hpp"
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "ident/model.hpp"
+#include "ident/equation/model.hpp"
 #include "ident/validate/crests.hpp"
 
 // What takes energy from a motion, and what feeds it.

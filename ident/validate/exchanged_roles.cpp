@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string>
 
-#include "dsp/linear.hpp"
-#include "dsp/signals.hpp"
+#include "dsp/values/linear.hpp"
+#include "dsp/values/signals.hpp"
 #include "ident/records/record.hpp"
 
 namespace ident {

@@ -12,7 +12,7 @@
 
 #include "dsp/filter/strongest_line.hpp"
 #include "ident/equation/equation_of_motion.hpp"
-#include "ident/validate/interpolant.hpp"
+#include "ident/switches/interpolant.hpp"
 #include "sim/ode/friction.hpp"
 #include "sim/simulate.hpp"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "dsp/motion.hpp"
-#include "ident/model.hpp"
+#include "dsp/sensors/motion.hpp"
+#include "ident/equation/model.hpp"
 
 namespace ident {
 

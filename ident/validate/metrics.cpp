@@ -5,9 +5,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "dsp/constants.hpp"
 #include "dsp/filter/fft.hpp"
-#include "dsp/linear.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
 
 namespace ident {
 

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "ident/r_factor.hpp"
+#include "ident/regression/r_factor.hpp"
 
 namespace ident {
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "dsp/constants.hpp"
 #include "dsp/filter/fft.hpp"
+#include "dsp/values/constants.hpp"
 
 namespace ident {
 

@@ -5,9 +5,8 @@
 #include <map>
 #include <utility>
 
-#include "dsp/filter/fft.hpp"
-#include "dsp/linear.hpp"
-#include "ident/columns/rows_of_terms.hpp"
+#include "dsp/values/linear.hpp"
+#include "ident/ranges/rows_of_terms.hpp"
 #include "ident/sensors/channel_noise.hpp"
 #include "ident/validate/regressor_noise.hpp"
 

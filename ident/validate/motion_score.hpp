@@ -4,7 +4,7 @@
 
 #include "dsp/filter/fft.hpp"
 #include "ident/columns/columns.hpp"
-#include "ident/model.hpp"
+#include "ident/equation/model.hpp"
 #include "ident/ranges/ranges.hpp"
 
 namespace ident {

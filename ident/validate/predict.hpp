@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "ident/identify.hpp"
-#include "ident/model.hpp"
+#include "ident/equation/model.hpp"
 #include "ident/records/record.hpp"
+#include "ident/validate/range_result.hpp"
 
 namespace ident {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "dsp/filter/power_density.hpp"
-#include "dsp/linear.hpp"
+#include "dsp/values/linear.hpp"
 #include "ident/sensors/channel_noise.hpp"
 
 namespace ident {

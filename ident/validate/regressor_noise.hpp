@@ -3,10 +3,10 @@
 #include <vector>
 
 #include "ident/columns/columns.hpp"
-#include "ident/fit.hpp"
-#include "ident/model.hpp"
-#include "ident/r_factor.hpp"
+#include "ident/equation/model.hpp"
 #include "ident/ranges/ranges.hpp"
+#include "ident/regression/fit.hpp"
+#include "ident/regression/r_factor.hpp"
 
 // Least squares takes its regressors as they are. Noise in them biases the coefficients, however many rows there are:
 // with normal matrix G = Phi'Phi, of which N is noise, by G^-1 (n - N beta), n the part that it shares with the target.

@@ -9,11 +9,11 @@
 #include <limits>
 #include <utility>
 
-#include "dsp/constants.hpp"
-#include "dsp/linear.hpp"
-#include "dsp/signals.hpp"
-#include "ident/columns/rows_of_terms.hpp"
-#include "ident/library/collinearity.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
+#include "dsp/values/signals.hpp"
+#include "ident/ranges/rows_of_terms.hpp"
+#include "ident/regression/collinearity.hpp"
 #include "ident/selection/best_subsets.hpp"
 #include "ident/selection/ranked_models.hpp"
 #include "ident/validate/independent_rows.hpp"

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "ident/columns/columns.hpp"
-#include "ident/fit.hpp"
-#include "ident/model.hpp"
-#include "ident/r_factor.hpp"
+#include "ident/equation/model.hpp"
+#include "ident/equation/verdict.hpp"
 #include "ident/ranges/ranges.hpp"
-#include "ident/verdict.hpp"
+#include "ident/regression/fit.hpp"
+#include "ident/regression/r_factor.hpp"
 
 namespace ident {
 

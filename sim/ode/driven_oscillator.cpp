@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "sim/ode/dormand_prince.hpp"
 #include "sim/ode/friction.hpp"
 #include "sim/ode/runge_kutta.hpp"

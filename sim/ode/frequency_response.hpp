@@ -1,10 +1,6 @@
 #pragma once
 #include <functional>
-#include <memory>
-#include <string>
 #include <vector>
-
-#include "sim/rig/qzs_rig.hpp"
 
 namespace sim {
 
@@ -52,9 +48,5 @@ struct FrequencyResponseOptions {
 
 /// from_hz, from_hz + step_hz ... to_hz. Throws std::invalid_argument for frequencies that make no sweep.
 [[nodiscard]] std::vector<double> sweep_frequencies(const FrequencyResponseOptions& options);
-
-/// The rig's, by integrating through every dwell. Throws std::invalid_argument as sweep_frequencies and sine_steps.
-[[nodiscard]] FrequencyResponse frequency_response(const QzsParameters& parameters,
-                                                   const FrequencyResponseOptions& options = {});
 
 }  // namespace sim

@@ -2,7 +2,7 @@
 #include <functional>
 #include <optional>
 
-#include "sim/system.hpp"
+#include "sim/ode/system.hpp"
 
 // Switches of an equation, and what happens where one is zero: the law of dry friction, for every system that has it.
 

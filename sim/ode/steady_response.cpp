@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/constants.hpp"
-#include "dsp/linear.hpp"
+#include "dsp/values/constants.hpp"
+#include "dsp/values/linear.hpp"
 
 namespace sim {
 namespace {

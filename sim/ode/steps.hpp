@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "sim/system.hpp"
+#include "sim/ode/system.hpp"
 
 // How a solution is followed from step to step while the mode of its system does not change. Switches are not looked
 // at.

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 
 namespace sim {
 namespace {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/ode/frequency_response.hpp"
 #include "sim/rig/base_motion.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
@@ -103,5 +104,10 @@ class QzsTrajectory {
   std::size_t near_ = 0;
   QzsState state_;
 };
+
+/// Its frequency response, by integrating through every dwell. Throws std::invalid_argument as sweep_frequencies and
+/// sine_steps.
+[[nodiscard]] FrequencyResponse frequency_response(const QzsParameters& parameters,
+                                                   const FrequencyResponseOptions& options = {});
 
 }  // namespace sim

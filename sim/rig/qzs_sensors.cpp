@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "sim/noise.hpp"
 #include "sim/rig/random_sensors.hpp"
 

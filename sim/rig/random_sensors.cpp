@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dsp/constants.hpp"
+#include "dsp/values/constants.hpp"
 #include "sim/noise.hpp"
 
 namespace sim {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
 
 namespace sim {
 namespace {

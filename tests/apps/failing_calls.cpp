@@ -11,8 +11,8 @@
 #include <set>
 #include <sstream>
 
+#include "apps/output/earlier_result.hpp"
 #include "apps/output/manifest.hpp"
-#include "apps/process/earlier_result.hpp"
 #include "support/program.hpp"
 
 using support::bytes_of;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "apps/output/equation_file.hpp"
-#include "apps/output/rounded.hpp"
+#include "apps/text/rounded.hpp"
 #include "support/program.hpp"
 
 using nlohmann::json;

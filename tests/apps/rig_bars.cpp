@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "dsp/decimate.hpp"
 #include "dsp/filter/column_filter.hpp"
+#include "dsp/filter/decimate.hpp"
 #include "dsp/filter/spectral.hpp"
 #include "dsp/prepare.hpp"
 #include "support/program.hpp"

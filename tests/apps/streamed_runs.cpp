@@ -3,10 +3,10 @@
 #include <cstring>
 
 #include "dsp/io/input_file.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/sound_file.hpp"
 #include "dsp/io/sound_writer.hpp"
 #include "dsp/prepare.hpp"
-#include "dsp/read_recording.hpp"
 #include "support/program.hpp"
 
 namespace test_streamed_runs {

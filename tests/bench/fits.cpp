@@ -8,7 +8,7 @@
 
 #include "bench/bench.hpp"
 #include "bench/npy.hpp"
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "ident/selection/ranked_models.hpp"
 
 namespace {

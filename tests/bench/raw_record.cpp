@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "bench/bench.hpp"
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/sound_writer.hpp"
 #include "dsp/prepare.hpp"
-#include "dsp/read_recording.hpp"
 
 namespace {
 

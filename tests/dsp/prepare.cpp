@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "dsp/read_recording.hpp"
-#include "dsp/sensors/power_check.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "dsp/prepare/power_check.hpp"
 #include "support/signals.hpp"
 
 namespace {

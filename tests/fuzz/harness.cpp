@@ -10,7 +10,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace fuzz {
 namespace {

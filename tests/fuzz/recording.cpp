@@ -1,9 +1,9 @@
 // A recording of any container, through the whole read path: content, header, samples, bridged gaps.
-#include "dsp/read_recording.hpp"
+#include "dsp/io/read_recording.hpp"
 
 #include <stdexcept>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "fuzz/harness.hpp"
 
 namespace {

@@ -4,7 +4,7 @@
 #include "apps/output/bodies_file.hpp"
 #include "apps/output/equation_file.hpp"
 #include "apps/output/steps_table.hpp"
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "fuzz/harness.hpp"
 #include "fuzz/program.hpp"
 #include "ident/bodies/driven_bodies.hpp"

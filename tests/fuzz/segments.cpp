@@ -1,7 +1,7 @@
 // segments.json: read, put on a record, written, read again.
-#include "apps/output/segments_file.hpp"
+#include "apps/config/segments_file.hpp"
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "fuzz/harness.hpp"
 
 namespace {

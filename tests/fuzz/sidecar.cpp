@@ -1,8 +1,8 @@
 // A sidecar: parsed, then applied to a small table.
 #include "dsp/io/sidecar.hpp"
 
-#include "dsp/fault.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/io/read_recording.hpp"
+#include "dsp/values/fault.hpp"
 #include "fuzz/harness.hpp"
 
 namespace {

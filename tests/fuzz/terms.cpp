@@ -3,10 +3,10 @@
 #include <cmath>
 #include <sstream>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "fuzz/harness.hpp"
-#include "ident/library.hpp"
 #include "ident/library/expression.hpp"
+#include "ident/library/library.hpp"
 #include "support/motion.hpp"
 
 namespace {

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "ident/methods.hpp"
+#include "ident/regression/methods.hpp"
 #include "support/fault.hpp"
 
 using Eigen::Index;

@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace support {
 

@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "dsp/fault.hpp"
 #include "dsp/io/sample_source.hpp"
+#include "dsp/values/fault.hpp"
 
 namespace support {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "dsp/motion.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/sensors/motion.hpp"
+#include "dsp/values/recording.hpp"
 
 // What labelled records are made of.
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "dsp/prepare.hpp"
-#include "ident/library.hpp"
-#include "ident/verdict.hpp"
+#include "ident/equation/verdict.hpp"
+#include "ident/library/library.hpp"
 
 namespace support {
 

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 
 namespace support {
 

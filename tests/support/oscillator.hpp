@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "dsp/motion.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
 

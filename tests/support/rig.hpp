@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dsp/prepare/intermediate_recorder.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 #include "sim/rig/qzs_rig.hpp"
 #include "sim/rig/qzs_sensors.hpp"
 

@@ -5,7 +5,7 @@
 #include <complex>
 
 #include "dsp/filter/spectral.hpp"
-#include "dsp/recording.hpp"
+#include "dsp/values/recording.hpp"
 #include "support/random.hpp"
 
 namespace support {

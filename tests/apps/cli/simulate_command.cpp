@@ -9,7 +9,7 @@
 #include <set>
 #include <sstream>
 
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
 #include "dsp/io/input_file.hpp"
 #include "dsp/io/sidecar.hpp"
 #include "dsp/io/sound_file.hpp"

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "apps/config/recording_name.hpp"
-#include "dsp/faults.hpp"
+#include "dsp/values/faults.hpp"
 #include "support/scratch.hpp"
 
 namespace {

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "apps/output/text_grid.hpp"
+#include "apps/text/text_grid.hpp"
 
 TEST_CASE("a grid is never wider than asked, and loses no cell", "[apps][run_changes]") {
   apps::TextGrid grid{"term", {}, {"x", "a term of a very long name, longer than any column"}, {{}, {}}};

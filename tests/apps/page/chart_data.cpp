@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "apps/output/envelope.hpp"
 #include "apps/page/filter_response.hpp"
 #include "apps/page/page_sections.hpp"
 #include "apps/page/power_spectrum.hpp"
+#include "apps/text/envelope.hpp"
 
 using Eigen::Index;
 using Eigen::VectorXd;

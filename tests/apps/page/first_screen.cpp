@@ -6,9 +6,9 @@
 #include <sstream>
 
 #include "apps/output/report_text.hpp"
-#include "apps/output/wrapped_text.hpp"
 #include "apps/page/equation_display.hpp"
 #include "apps/page/page_sections.hpp"
+#include "apps/text/wrapped_text.hpp"
 #include "support/program.hpp"
 
 using support::bytes_of;

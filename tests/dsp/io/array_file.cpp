@@ -11,9 +11,9 @@
 #include <iterator>
 
 #include "dsp/io/array_file.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/sample_source.hpp"
 #include "dsp/io/sidecar.hpp"
-#include "dsp/read_recording.hpp"
 #include "support/fault.hpp"
 #include "support/mat.hpp"
 #include "support/scratch.hpp"

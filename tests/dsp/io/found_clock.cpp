@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <tuple>
 
-#include "dsp/fault.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/sample_source.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/values/fault.hpp"
 #include "support/fault.hpp"
 #include "support/scratch.hpp"
 

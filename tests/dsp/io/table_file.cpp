@@ -8,8 +8,8 @@
 #include <cmath>
 #include <optional>
 
-#include "dsp/io/signal_table.hpp"
 #include "dsp/io/table_layout.hpp"
+#include "dsp/signal_table.hpp"
 #include "support/fault.hpp"
 #include "support/fuzz.hpp"
 #include "support/scratch.hpp"

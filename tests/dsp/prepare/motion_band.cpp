@@ -9,9 +9,10 @@
 #include <random>
 
 #include "dsp/filter/spectral.hpp"
+#include "dsp/io/read_recording.hpp"
 #include "dsp/io/sound_writer.hpp"
-#include "dsp/motion.hpp"
-#include "dsp/read_recording.hpp"
+#include "dsp/prepare.hpp"
+#include "dsp/sensors/motion.hpp"
 #include "support/scratch.hpp"
 
 using Eigen::Index;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "dsp/decimate.hpp"
+#include "dsp/filter/decimate.hpp"
 #include "support/signals.hpp"
 
 namespace test_samples_fill_gaps {

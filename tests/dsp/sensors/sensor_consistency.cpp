@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "dsp/filter/spectral.hpp"
-#include "dsp/sensors/power_check.hpp"
+#include "dsp/prepare/power_check.hpp"
 #include "support/signals.hpp"
 
 namespace test_sensors_sensor_consistency {

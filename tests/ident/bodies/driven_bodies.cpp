@@ -5,7 +5,7 @@
 #include <cmath>
 #include <complex>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/bodies/true_model.hpp"
 #include "ident/equation/response_draws.hpp"
 #include "sim/ode/steady_response.hpp"

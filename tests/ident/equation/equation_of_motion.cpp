@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
-#include "dsp/fault.hpp"
-#include "ident/validate/judge.hpp"
+#include "dsp/values/fault.hpp"
+#include "ident/judgement/judge.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
 

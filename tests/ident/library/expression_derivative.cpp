@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "ident/library.hpp"
 #include "ident/library/expression.hpp"
+#include "ident/library/library.hpp"
 #include "support/motion.hpp"
 #include "support/random_tree.hpp"
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "ident/ranges/left_out.hpp"
+#include "ident/records/left_out.hpp"
 
 namespace {
 

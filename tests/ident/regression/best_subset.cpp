@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "ident/regression/posterior.hpp"
 
 using Eigen::Index;

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 
 namespace {
 

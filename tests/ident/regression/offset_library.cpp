@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "sim/simulate.hpp"
 #include "sim/systems.hpp"
 #include "support/quad_rvm.hpp"

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "ident/regression/multi_rvm.hpp"
 #include "support/random.hpp"
 

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "ident/identify.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 #include "support/labelled_record.hpp"
 
 // Records without noise, of whose motion the filters keep all but what their stop bands let through. The seeds are the

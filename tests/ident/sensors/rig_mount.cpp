@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "dsp/order_statistics.hpp"
 #include "dsp/prepare.hpp"
+#include "dsp/values/order_statistics.hpp"
 #include "ident/identify.hpp"
 #include "support/rig.hpp"
 

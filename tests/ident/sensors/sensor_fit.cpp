@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "support/random.hpp"
 
 namespace test_sensors_sensor_fit {

@@ -8,7 +8,7 @@
 #include "ident/columns/columns.hpp"
 #include "ident/equation/interval_95.hpp"
 #include "ident/identify.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
 #include "support/labelled_oscillator.hpp"
 
 using ident::Verdict;

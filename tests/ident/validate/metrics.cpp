@@ -5,7 +5,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "ident/fit.hpp"
+#include "ident/regression/fit.hpp"
 #include "support/random.hpp"
 
 using Eigen::Index;

@@ -10,12 +10,12 @@
 #include <map>
 #include <set>
 
-#include "dsp/fault.hpp"
+#include "dsp/values/fault.hpp"
 #include "ident/columns/columns.hpp"
 #include "ident/identify.hpp"
-#include "ident/library/collinearity.hpp"
-#include "ident/methods.hpp"
-#include "ident/validate/judge.hpp"
+#include "ident/judgement/judge.hpp"
+#include "ident/regression/collinearity.hpp"
+#include "ident/regression/methods.hpp"
 #include "support/evidence_of_truth.hpp"
 #include "support/labelled_record.hpp"
 

@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "sim/rig/qzs_rig.hpp"
+
 TEST_CASE("the twin unlocks, jumps and locks where it was found to, to a hundredth of a hertz",
           "[sim][frequency_response]") {
   // From where the sweep up is still locked to where the sweep down is on its lower branch.

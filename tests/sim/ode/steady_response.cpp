@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "sim/rig/qzs_rig.hpp"
+
 namespace {
 
 using Drive = sim::DrivenOscillator::Drive;

@@ -1,0 +1,272 @@
+#include "ident/evidence/likelihood.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "dsp/values/constants.hpp"
+#include "ident/evidence/range_data.hpp"
+#include "ident/evidence/statement.hpp"
+#include "ident/regression/collinearity.hpp"
+#include "ident/regression/methods.hpp"
+#include "ident/state_space/select.hpp"
+
+namespace ident {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using std::size_t;
+
+std::vector<int> as_terms(const std::vector<Index>& positions) {
+  return {positions.begin(), positions.end()};
+}
+
+/// Those of the regression.
+std::vector<int> terms_of_rows(const RangeData& data) {
+  return data.evidence.terms ? as_terms(*data.evidence.terms) : std::vector<int>{};
+}
+
+/// With all candidates (none named) where they are few, from which the search does best.
+std::vector<int> first_terms(const RangeData& data) {
+  constexpr size_t few = 24;
+  return data.terms.size() > few ? terms_of_rows(data) : std::vector<int>{};
+}
+
+/// What the fit makes of the parameters of the channels.
+void take_sensors(Likelihood& result, const state_space::Problem& problem, const state_space::Fit& fit, int num_terms) {
+  struct Kind {
+    std::string_view name, unit;
+    const state_space::Prior state_space::Channel::*prior;
+    double of_unit = 1.0;
+  };
+  static constexpr std::array<Kind, 4> kinds{{{"gain", "1", &state_space::Channel::gain},
+                                              {"zero", "", &state_space::Channel::offset},
+                                              {"lag", "s", &state_space::Channel::lag_s},
+                                              {"coupling", "Hz", &state_space::Channel::corner_rad_s, dsp::two_pi}}};
+  for (size_t i = 0; i < fit.parameters.size(); ++i) {
+    const int at = fit.parameters[i] - num_terms;
+    if (at < 0 || static_cast<size_t>(at) >= kinds.size() * problem.channels.size()) continue;
+    const state_space::Channel& channel = problem.channels[static_cast<size_t>(at) / kinds.size()];
+    const Kind& kind = kinds[static_cast<size_t>(at) % kinds.size()];
+    const state_space::Prior& prior = channel.*kind.prior;
+    const double value = fit.point.parameters[static_cast<size_t>(fit.parameters[i])] - prior.mean;
+    const bool of_x = channel.state == 0 && !channel.rate;
+    result.sensors.push_back(
+        {.name = of_x && kind.name == "zero" ? "zero of x" : fmt::format("{} of {}", kind.name, channel.name),
+         .unit = std::string(kind.unit),
+         .prior_std = prior.std / kind.of_unit,
+         .mean = (of_x && kind.name == "zero" ? -value : value) / kind.of_unit,
+         .std = fit.std(i) / kind.of_unit});
+    if (of_x && kind.name == "zero") result.zero = {value, fit.std(i)};
+    if (at < static_cast<int>(kinds.size()) && kind.name == "lag") result.lag_s = {value, fit.std(i)};
+  }
+}
+
+void take_wanders(Likelihood& result, const state_space::Problem& problem, const state_space::Fit& fit,
+                  const dsp::Recording& recorded) {
+  size_t state = problem.equations.states.size();
+  for (const state_space::Channel& channel : problem.channels) {
+    if (!channel.has_own_state()) continue;
+    const double std = fit.noise.process[state++] * std::sqrt(problem.sample_rate_hz);
+    const auto of = std::find_if(recorded.channels.begin(), recorded.channels.end(),
+                                 [&](const dsp::Channel& one) { return one.name == channel.name; });
+    if (channel.wanders) result.wanders.push_back({channel.name, of->unit, std});
+  }
+}
+
+std::optional<Explanation> missing_of(const state_space::Selection& selection, const Statement& statement,
+                                      const RangeData& data) {
+  const auto found_outside =
+      std::find_if(selection.outside.begin(), selection.outside.end(), [&](const state_space::Outside& one) {
+        return std::cmp_greater_equal(one.term, data.terms.size()) && one.gain > undecided_evidence;
+      });
+  if (found_outside == selection.outside.end()) return std::nullopt;
+  const state_space::Outside& best = *found_outside;
+  Explanation found = statement.outside[static_cast<size_t>(best.term) - data.terms.size()];
+  found.fraction = best.gain / std::max(best.gain, selection.fit.gain_of_process_noise);
+  for (const int term : best.instead_of)
+    found.instead_of.push_back(data.library.terms[static_cast<size_t>(data.terms[static_cast<size_t>(term)])].name);
+  return found;
+}
+
+/// As Likelihood::unexplained_std.
+double unexplained_of(const state_space::Fit& fit, const state_space::Problem& problem, const Columns& columns) {
+  return fit.noise.process.at(1) * std::sqrt(2.0 * problem.sample_rate_hz * columns.band_hz);
+}
+
+/// Among these candidates, positions in data.terms.
+Likelihood selected(const Statement& statement, const std::vector<int>& among, const std::vector<int>& first,
+                    const RangeRows& rows, const RangeData& data, const std::vector<Columns>& recordings,
+                    int num_threads) {
+  Likelihood result;
+  const state_space::Problem& problem = statement.problem;
+  const auto num_terms = static_cast<Index>(data.terms.size());
+  std::vector<int> barred;
+  for (int i = 0; i < num_terms + std::ssize(statement.outside); ++i)
+    if (std::find(among.begin(), among.end(), i) == among.end()) barred.push_back(i);
+  const state_space::Selection selection =
+      state_space::select(problem, {.fit = {.terms = first, .num_threads = num_threads}, .barred = barred});
+  const state_space::Fit& fit = selection.fit;
+  const auto num_priced =
+      std::count_if(fit.parameters.begin(), fit.parameters.end(), [&](int at) { return at < num_terms; }) +
+      std::count_if(problem.channels.begin(), problem.channels.end(),
+                    [](const state_space::Channel& channel) { return channel.wanders; });
+  result.cost = selection.hopeless ? -std::numeric_limits<double>::infinity()
+                                   : fit.J + selection.price * static_cast<double>(num_priced);
+  if (!fit.converged()) {
+    result.is_restless = !fit.settled && !selection.hopeless;
+    result.silent_because =
+        fit.settled ? "its fit did not come down to the noise of the channels" : "its fit did not come to rest";
+    return result;
+  }
+  std::vector<size_t> places;
+  for (size_t i = 0; i < fit.parameters.size(); ++i)
+    if (fit.parameters[i] < num_terms) {
+      places.push_back(i);
+      result.terms.push_back(data.terms[static_cast<size_t>(fit.parameters[i])]);
+    }
+  if (places.empty()) result.silent_because = "it keeps no term";
+  const auto k = std::ssize(places);
+  result.mean.resize(k), result.covariance.resize(k, k);
+  for (Index i = 0; i < k; ++i) {
+    const size_t at = places[static_cast<size_t>(i)];
+    result.mean(i) = fit.point.parameters[static_cast<size_t>(fit.parameters[at])];
+    for (Index j = 0; j < k; ++j)
+      result.covariance(i, j) = fit.covariance[at * fit.parameters.size() + places[static_cast<size_t>(j)]];
+  }
+  result.gain = Eigen::VectorXd::Constant(std::ssize(data.library.terms), dsp::nan);
+  for (Index j = 0; j < num_terms; ++j)
+    result.gain(data.terms[static_cast<size_t>(j)]) = selection.scores[static_cast<size_t>(j)].gain;
+  take_sensors(result, problem, fit, static_cast<int>(problem.equations.terms.size()) - 1);
+  result.missing = missing_of(selection, statement, data);
+  for (const state_space::Record& record : problem.records)
+    result.num_samples += statement.thinned_by * static_cast<double>((!record.channels.array().isNaN()).count());
+  result.price = selection.price;
+  result.gain_of_process_noise = fit.gain_of_process_noise;
+  result.unexplained_std = unexplained_of(fit, problem, recordings[rows.train.front().recording]);
+  take_wanders(result, problem, fit, *recordings[rows.train.front().recording].prepared->recorded);
+  return result;
+}
+
+/// With zeros that wander, of the channels that may; nothing where none may.
+std::optional<Statement> with_wander(Statement statement) {
+  bool any = false;
+  for (state_space::Channel& channel : statement.problem.channels)
+    if (!channel.rate && !channel.has_own_state()) channel.wanders = any = true;
+  return any ? std::optional(std::move(statement)) : std::nullopt;
+}
+
+/// Positions of these terms, and of x and v, which slow noise hides first.
+std::vector<int> with_spring_and_damper(const std::vector<Index>& terms, const RangeData& data) {
+  std::vector<int> positions;
+  for (size_t i = 0; i < data.terms.size(); ++i) {
+    const std::string& name = data.library.terms[static_cast<size_t>(data.terms[i])].name;
+    if (name == "x" || name == "v" || std::find(terms.begin(), terms.end(), data.terms[i]) != terms.end())
+      positions.push_back(static_cast<int>(i));
+  }
+  return positions;
+}
+
+/// Whether it is worth a search: with the terms that were found it is likelier than they were, if any were.
+bool is_likelier(const Statement& wandering, const std::vector<int>& terms, const Likelihood& found, int num_threads) {
+  if (!found.speaks()) return true;
+  const state_space::Fit fit = state_space::fit(wandering.problem, {.terms = terms, .num_threads = num_threads});
+  return fit.converged() && fit.J + found.price * static_cast<double>(terms.size() + 1) < found.cost;
+}
+
+/// Without those whose square over the wider variance of a regression on the same terms is below its price there, the
+/// weakest first; the others as the covariance has them where one is zero. Positions in data.terms.
+std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData& data,
+                                   const IdentifyOptions& options) {
+  const auto method = std::find_if(options.methods.begin(), options.methods.end(), weighs_rows);
+  const RFactor& rows = data.evidence.as_they_are() ? data.data : data.evidence.data;
+  std::vector<Index> positions = positions_in(data, likelihood.terms);
+  VectorXd mean = likelihood.mean;
+  MatrixXd covariance = likelihood.covariance;
+  while (positions.size() > 1) {
+    const Fit of_rows = fit_on_terms(rows, positions, *method, options.poll);
+    if (of_rows.relevant != positions) break;
+    const VectorXd wider = of_rows.interval_covariance().diagonal().cwiseMax(covariance.diagonal());
+    Index weakest = 0;
+    if (mean.cwiseAbs2().cwiseQuotient(wider).minCoeff(&weakest) >= of_rows.tau) break;
+    const VectorXd column = covariance.col(weakest) / covariance(weakest, weakest);
+    mean -= column * mean(weakest);
+    covariance -= covariance(weakest, weakest) * column * column.transpose();
+    std::vector<Index> others(positions.size());
+    std::iota(others.begin(), others.end(), Index{0});
+    others.erase(others.begin() + weakest), positions.erase(positions.begin() + weakest);
+    mean = VectorXd(mean(others)), covariance = MatrixXd(covariance(others, others));
+  }
+  return as_terms(positions);
+}
+
+}  // namespace
+
+Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
+                         const std::vector<Columns>& recordings, const IdentifyOptions& options) {
+  Statement statement = statement_of(range, rows.train, rows.test.empty(), data, recordings);
+  if (!statement.obstacle.empty()) return {.silent_because = statement.obstacle};
+  std::vector<int> among(data.terms.size());
+  std::iota(among.begin(), among.end(), 0);
+  const auto select = [&](const std::vector<int>& candidates, const std::vector<int>& first) {
+    return selected(statement, candidates, first, rows, data, recordings, options.num_threads);
+  };
+  const std::vector<int> first = first_terms(data);
+  Likelihood result = select(among, first);
+  if (result.is_restless && first.empty()) result = select(among, terms_of_rows(data));
+  if (!result.speaks() || result.has_unexplained()) {
+    const std::vector<int> found = result.speaks() ? with_spring_and_damper(result.terms, data) : first;
+    if (std::optional<Statement> wandering = with_wander(statement);
+        wandering && is_likelier(*wandering, found, result, options.num_threads)) {
+      std::swap(statement, *wandering);
+      Likelihood other = select(among, found);
+      if (other.speaks() && other.cost < result.cost)
+        result = std::move(other);
+      else
+        std::swap(statement, *wandering);
+    }
+  }
+  if (!result.speaks() || !result.has_unexplained()) return result;
+  const std::vector<int> worth = worth_their_price(result, data, options);
+  return worth.size() == result.terms.size() ? result : select(worth, worth);
+}
+
+std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range& range, const std::vector<Row>& rows,
+                                       const RangeData& data, const std::vector<Columns>& recordings, int num_threads) {
+  Statement statement = statement_of(range, rows, true, data, recordings);
+  if (!statement.obstacle.empty()) return std::nullopt;
+  state_space::Problem& problem = statement.problem;
+  for (state_space::Channel& channel : problem.channels)
+    channel.wanders = std::any_of(likelihood.wanders.begin(), likelihood.wanders.end(),
+                                  [&](const Likelihood::Wander& one) { return one.channel == channel.name; });
+  std::vector<state_space::Term>& terms = problem.equations.terms;
+  std::erase_if(terms, [](const state_space::Term& term) { return !term.known.has_value(); });
+  for (size_t i = 0; i < likelihood.terms.size(); ++i)
+    terms.push_back({.text = data.library.terms[static_cast<size_t>(likelihood.terms[i])].name,
+                     .known = likelihood.mean(static_cast<Index>(i))});
+  const state_space::Fit fit = state_space::fit(problem, {.num_threads = num_threads});
+  if (!fit.converged()) return std::nullopt;
+  double square = 0.0, samples = 0.0;
+  for (const state_space::Record& record : problem.records) {
+    std::vector<double> values;
+    for (const double value : record.channels.col(0))
+      if (!std::isnan(value)) values.push_back(value);
+    const auto all = VectorXd::Map(values.data(), std::ssize(values));
+    square += (all.array() - all.mean()).square().sum(), samples += static_cast<double>(all.size());
+  }
+  const double power = square / samples;
+  return RecordedRun{.channel = problem.channels.front().name,
+                     .nmse = std::pow(fit.residual_std.front(), 2) / power,
+                     .noise = std::pow(fit.floors.front(), 2) / power,
+                     .gain_of_process_noise = fit.gain_of_process_noise,
+                     .unexplained_std = unexplained_of(fit, problem, recordings[rows.front().recording])};
+}
+
+}  // namespace ident
