@@ -118,6 +118,7 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
       std::count_if(fit.parameters.begin(), fit.parameters.end(), [&](int at) { return at < num_terms; }) +
       std::count_if(problem.channels.begin(), problem.channels.end(),
                     [](const state_space::Channel& channel) { return channel.wanders; });
+  result.price = selection.price;
   result.cost = selection.hopeless ? -std::numeric_limits<double>::infinity()
                                    : fit.J + selection.price * static_cast<double>(num_priced);
   if (!fit.converged()) {
@@ -148,7 +149,6 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   result.missing = missing_of(selection, statement, data);
   for (const state_space::Record& record : problem.records)
     result.num_samples += statement.thinned_by * static_cast<double>((!record.channels.array().isNaN()).count());
-  result.price = selection.price;
   result.gain_of_process_noise = fit.gain_of_process_noise;
   result.unexplained_std = unexplained_of(fit, problem, recordings[rows.train.front().recording]);
   take_wanders(result, problem, fit, *recordings[rows.train.front().recording].prepared->recorded);
@@ -174,9 +174,9 @@ std::vector<int> with_spring_and_damper(const std::vector<Index>& terms, const R
   return positions;
 }
 
-/// Whether it is worth a search: with the terms that were found it is likelier than they were, if any were.
+/// Whether it is worth a search: with these terms it is likelier than what was found.
 bool is_likelier(const Statement& wandering, const std::vector<int>& terms, const Likelihood& found, int num_threads) {
-  if (!found.speaks()) return true;
+  if (std::isinf(found.cost)) return false;  // the channels stay far above their noise whatever wanders
   const state_space::Fit fit = state_space::fit(wandering.problem, {.terms = terms, .num_threads = num_threads});
   return fit.converged() && fit.J + found.price * static_cast<double>(terms.size() + 1) < found.cost;
 }
@@ -222,7 +222,9 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   Likelihood result = select(among, first);
   if (result.is_restless && first.empty()) result = select(among, terms_of_rows(data));
   if (!result.speaks() || result.has_unexplained()) {
-    const std::vector<int> found = result.speaks() ? with_spring_and_damper(result.terms, data) : first;
+    const std::vector<int> found = result.speaks() ? with_spring_and_damper(result.terms, data)
+                                   : first.empty() ? among
+                                                   : first;
     if (std::optional<Statement> wandering = with_wander(statement);
         wandering && is_likelier(*wandering, found, result, options.num_threads)) {
       std::swap(statement, *wandering);
