@@ -245,8 +245,9 @@ std::string stage_text(const ident::RangeResult& range, const ident::JudgedFit& 
     std::string text =
         fmt::format("the likelihood of {:.0f} recorded samples (method {} before it)", likelihood.num_samples, method);
     for (const ident::Likelihood::Wander& wander : likelihood.wanders)
-      text += fmt::format("; the zero of {} wanders by {:.2g} {} in a second", printable(wander.channel), wander.std,
-                          wander.unit);
+      text += fmt::format(
+          "; what is slow beside the motion is taken up as a zero of {} that wanders by {:.2g} {} in a second",
+          printable(wander.channel), wander.std, wander.unit);
     if (likelihood.has_unexplained())
       text += fmt::format("; what the equation does not explain is as much as a random {} of {:.2g} {}",
                           fit.model.target, likelihood.unexplained_std, fit.model.target_unit);

@@ -322,7 +322,10 @@ Proposal proposal_by_looks(const std::vector<Channel>& channels, const std::vect
     if (info_of(channels[i].role).order >= 0 || quantity == Kind::force || !(span > widest)) continue;
     widest = span;
     proposal.channel = static_cast<std::ptrdiff_t>(i);
-    const std::string gravity = line_by_gravity(channels, looks);
+    std::string gravity = line_by_gravity(channels, looks);
+    // Counts about the middle of a converter's range look like gravity's where no name says that they are.
+    if (named != Kind::acceleration && !gravity.starts_with("unit = \"g") && !gravity.starts_with("unit = \"m/"))
+      gravity.clear();
     const Role role = quantity == Kind::input ? Role::x  // a sensor's volts
                       : quantity              ? motion_signal(Body::relative, static_cast<int>(*quantity)).role
                       : gravity.empty()       ? Role::x

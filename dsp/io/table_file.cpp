@@ -321,7 +321,7 @@ class TableFile : public RowsOnClock {
     const std::string remedy =
         newest_first ? fmt::format(
                            "The newest row is first. Turn them round: "
-                           "(head -n {0} '{2}'; tail -n +{1} '{2}' | tac) > '{2}.forwards'",
+                           "(head -n {0} '{2}'; awk 1 '{2}' | tail -n +{1} | tac) > '{2}.forwards'",
                            layout_.first_line - 1, layout_.first_line, path)
                      : fmt::format("If the recorder began anew, read what is before it: head -n {} '{}' > '{}.part'",
                                    line - 1, path, path);

@@ -71,13 +71,27 @@ void take_sensors(Likelihood& result, const state_space::Problem& problem, const
 
 void take_wanders(Likelihood& result, const state_space::Problem& problem, const state_space::Fit& fit,
                   const dsp::Recording& recorded) {
-  size_t state = problem.equations.states.size();
-  for (const state_space::Channel& channel : problem.channels) {
+  constexpr double at_bound = 1.5;
+  const size_t num_of_equations = problem.equations.states.size();
+  size_t num_states = num_of_equations;
+  for (const state_space::Channel& channel : problem.channels) num_states += channel.has_own_state() ? 1 : 0;
+  for (size_t j = 0, state = num_of_equations; j < problem.channels.size(); ++j) {
+    const state_space::Channel& channel = problem.channels[j];
     if (!channel.has_own_state()) continue;
-    const double std = fit.noise.process[state++] * std::sqrt(problem.sample_rate_hz);
+    const size_t own = state++;
+    if (!channel.wanders || fit.noise.process[own] < at_bound * state_space::least_wander * fit.floors[j]) continue;
     const auto of = std::find_if(recorded.channels.begin(), recorded.channels.end(),
-                                 [&](const dsp::Channel& one) { return one.name == channel.name; });
-    if (channel.wanders) result.wanders.push_back({channel.name, of->unit, std});
+                                 [](const dsp::Channel& one) { return dsp::info_of(one.role).order == 0; });
+    result.wanders.push_back({channel.name, of == recorded.channels.end() ? "" : of->unit,
+                              fit.noise.process[own] * std::sqrt(problem.sample_rate_hz)});
+    double sum = 0.0, squares = 0.0, count = 0.0;
+    for (const std::vector<double>& states : fit.point.states)
+      for (size_t k = 0; k < states.size(); k += num_states) {
+        const double off = states[k + own] - states[k + static_cast<size_t>(channel.state)];
+        sum += off, squares += off * off, ++count;
+      }
+    const double mean = sum / count;
+    result.zero = {mean, std::sqrt(std::max(0.0, squares / count - mean * mean))};
   }
 }
 
@@ -119,7 +133,7 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
       std::count_if(problem.channels.begin(), problem.channels.end(),
                     [](const state_space::Channel& channel) { return channel.wanders; });
   result.price = selection.price;
-  result.cost = selection.hopeless ? -std::numeric_limits<double>::infinity()
+  result.cost = selection.hopeless ? std::numeric_limits<double>::infinity()
                                    : fit.J + selection.price * static_cast<double>(num_priced);
   if (!fit.converged()) {
     result.is_restless = !fit.settled && !selection.hopeless;
@@ -155,11 +169,14 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   return result;
 }
 
-/// With zeros that wander, of the channels that may; nothing where none may.
+/// With zeros of displacements that wander, in the place of constant ones; nothing where there is no displacement.
 std::optional<Statement> with_wander(Statement statement) {
   bool any = false;
-  for (state_space::Channel& channel : statement.problem.channels)
-    if (!channel.rate && !channel.has_own_state()) channel.wanders = any = true;
+  for (state_space::Channel& channel : statement.problem.channels) {
+    if (channel.state != 0 || channel.rate || channel.has_own_state()) continue;
+    channel.wanders = any = true;
+    channel.offset = {};
+  }
   return any ? std::optional(std::move(statement)) : std::nullopt;
 }
 
@@ -176,7 +193,6 @@ std::vector<int> with_spring_and_damper(const std::vector<Index>& terms, const R
 
 /// Whether it is worth a search: with these terms it is likelier than what was found.
 bool is_likelier(const Statement& wandering, const std::vector<int>& terms, const Likelihood& found, int num_threads) {
-  if (std::isinf(found.cost)) return false;  // the channels stay far above their noise whatever wanders
   const state_space::Fit fit = state_space::fit(wandering.problem, {.terms = terms, .num_threads = num_threads});
   return fit.converged() && fit.J + found.price * static_cast<double>(terms.size() + 1) < found.cost;
 }
@@ -221,18 +237,20 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   const std::vector<int> first = first_terms(data);
   Likelihood result = select(among, first);
   if (result.is_restless && first.empty()) result = select(among, terms_of_rows(data));
-  if (!result.speaks() || result.has_unexplained()) {
+  // A recorded force that is missing comes first. What of x alone is hopeless no wander mends: it takes up anything.
+  const bool may_wander = (!result.speaks() || result.has_unexplained()) &&
+                          !(result.missing && result.missing->is_recorded) &&
+                          (statement.problem.channels.size() > 1 || std::isfinite(result.cost));
+  if (std::optional<Statement> wandering = may_wander ? with_wander(statement) : std::nullopt) {
     const std::vector<int> found = result.speaks() ? with_spring_and_damper(result.terms, data)
                                    : first.empty() ? among
                                                    : first;
-    if (std::optional<Statement> wandering = with_wander(statement);
-        wandering && is_likelier(*wandering, found, result, options.num_threads)) {
+    if (is_likelier(*wandering, found, result, options.num_threads)) {
       std::swap(statement, *wandering);
       Likelihood other = select(among, found);
-      if (other.speaks() && other.cost < result.cost)
-        result = std::move(other);
-      else
-        std::swap(statement, *wandering);
+      const bool explains = std::isfinite(result.cost) || !other.has_unexplained();
+      if (other.speaks() && !other.wanders.empty() && other.cost < result.cost && explains) return other;
+      std::swap(statement, *wandering);
     }
   }
   if (!result.speaks() || !result.has_unexplained()) return result;
@@ -245,9 +263,12 @@ std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range
   Statement statement = statement_of(range, rows, true, data, recordings);
   if (!statement.obstacle.empty()) return std::nullopt;
   state_space::Problem& problem = statement.problem;
-  for (state_space::Channel& channel : problem.channels)
-    channel.wanders = std::any_of(likelihood.wanders.begin(), likelihood.wanders.end(),
-                                  [&](const Likelihood::Wander& one) { return one.channel == channel.name; });
+  if (!likelihood.wanders.empty())
+    for (state_space::Channel& channel : problem.channels)
+      if (channel.state == 0 && !channel.rate && !channel.has_own_state()) {
+        channel.wanders = true, channel.offset = {};
+        channel.wander_std = likelihood.wanders.front().std / std::sqrt(problem.sample_rate_hz);
+      }
   std::vector<state_space::Term>& terms = problem.equations.terms;
   std::erase_if(terms, [](const state_space::Term& term) { return !term.known.has_value(); });
   for (size_t i = 0; i < likelihood.terms.size(); ++i)

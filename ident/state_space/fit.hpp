@@ -14,10 +14,13 @@ struct FitOptions {
   int num_threads = 1;
 };
 
+/// Of a wander's step, as a fraction of the noise of a sample: it is none.
+inline constexpr double least_wander = 1e-3;
+
 /// What a fit came to.
 struct Fit {
   std::vector<int> parameters;     ///< those sought, ascending, as Layout has them
-  Point point;                     ///< states include those of AC couplings
+  Point point;                     ///< states include those of AC couplings and wanders
   std::vector<double> covariance;  ///< of the sought, row after row
   std::vector<double> scattered;   ///< the same by scatter_covariance; empty where process noise lowers J by nothing
   Noise noise;

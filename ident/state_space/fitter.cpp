@@ -31,18 +31,18 @@ Fitter::Fitter(const Problem& problem, int num_threads)
   for (int i = layout().num_coefficients; i < layout().size(); ++i)
     if (priors[as_size(i)].std > 0.0) all_parameters_.push_back(i);
   for (const Prior& prior : priors) point_.parameters.push_back(prior.mean);
-  // Where a position is not recorded, only steps this hard tie it to what is; an acceleration gives a good start.
-  const bool has_rates = std::any_of(problem.channels.begin(), problem.channels.end(),
-                                     [](const Channel& channel) { return channel.rate; });
-  if (has_rates || floors_.size() > num_given_channels_) softest_ = soft_scale;
   noise_.channel = floors_;
   noise_.process = start_.scales;
   for (size_t j = 0; j < problem.channels.size(); ++j)
-    if (problem.channels[j].wanders) {
+    if (const Channel& channel = problem.channels[j]; channel.wanders) {
       const int state = problem_.model().output_state(static_cast<int>(j));
       wanders_.push_back({state, static_cast<int>(j)});
-      noise_.process[as_size(state)] = floors_[j];
+      noise_.process[as_size(state)] = channel.wander_std > 0.0 ? channel.wander_std : floors_[j];
     }
+  // Where a position is not recorded, only steps this hard tie it to what is; an acceleration gives a good start.
+  const bool has_rates = std::any_of(problem.channels.begin(), problem.channels.end(),
+                                     [](const Channel& channel) { return channel.rate; });
+  if (has_rates || floors_.size() > num_given_channels_ + wanders_.size()) softest_ = soft_scale;
   soften(hardest);
 }
 

@@ -79,10 +79,10 @@ std::vector<Fitter::Level> Fitter::levels(bool with_process) {
   if (with_process)
     for (const int speed : speeds_)
       all.push_back({&noise_.process[as_size(speed)], process_floor(speed), start_.scales[as_size(speed)]});
-  constexpr double least_wander = 1e-3;  // of the channel's noise: next to nothing
   for (const Wander& wander : wanders_)
-    all.push_back({&noise_.process[as_size(wander.state)], least_wander * floors_[as_size(wander.channel)],
-                   start_.scales[as_size(wander.state)]});
+    if (const auto j = as_size(wander.channel); problem_.problem().channels[j].wander_std == 0.0)
+      all.push_back(
+          {&noise_.process[as_size(wander.state)], least_wander * floors_[j], start_.scales[as_size(wander.state)]});
   const double e = std::exp(1.0);
   for (size_t j = 0; j < floors_.size(); ++j)
     if (const Channel& channel = problem_.problem().channels[j]; channel.noise_std == 0.0)
@@ -133,7 +133,8 @@ bool Fitter::settle_noise(bool with_process) {
   constexpr double unsure_of_process = 1.0,
                    unsure_of_channel = 0.1;  // a factor of e; a spectrum's floor is better known
   std::vector<double> widths(all.size(), unsure_of_channel);
-  std::fill_n(widths.begin(), (with_process ? speeds_.size() : 0) + wanders_.size(), unsure_of_process);
+  std::fill_n(widths.begin(), std::min(all.size(), (with_process ? speeds_.size() : 0) + wanders_.size()),
+              unsure_of_process);
   if (!look()) return false;
   double before = marginal_J();
   for (int round = 0; round < most_rounds; ++round) {

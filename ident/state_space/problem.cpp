@@ -31,7 +31,8 @@ void require_sound(const Problem& problem) {
   for (const Channel& channel : problem.channels) {
     require(is_state(channel.state), "a channel of a state that is not there");
     require(channel.noise_std >= 0.0, "negative noise");
-    require(!channel.wanders || (!channel.rate && channel.corner_rad_s.mean == 0.0), "a rate that wanders");
+    require(!channel.wanders || (!channel.rate && channel.corner_rad_s.mean == 0.0),
+            "a rate or a coupled channel that wanders");
   }
   for (const Record& record : problem.records) {
     require(record.channels.rows() >= fewest, "a record of fewer than 8 samples");

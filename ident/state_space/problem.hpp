@@ -59,7 +59,9 @@ struct Channel {
   double noise_std = 0.0;  ///< white, of a sample; 0: estimated, within a factor of e of what its spectrum ends in
   Prior gain = {1.0, 0.0}, offset = {}, lag_s = {};
   Prior corner_rad_s = {};  ///< of a first-order AC coupling; mean 0: there is none
-  bool wanders = false;  ///< its zero is a random walk, whose step is estimated; not of a rate, nor beside a coupling
+  /// Its zero is a random walk. Of a displacement that is recorded as such, without an AC coupling.
+  bool wanders = false;
+  double wander_std = 0.0;  ///< its step from sample to sample; 0: estimated
   /// It shows a state of its own beside the one that it is of.
   [[nodiscard]] bool has_own_state() const { return wanders || corner_rad_s.mean > 0.0; }
 };

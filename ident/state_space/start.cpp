@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -186,6 +187,17 @@ Input without_noise(const VectorXd& signal, double rate_hz) {
 Problem with_origins(Problem problem, const std::vector<double>& scales) {
   constexpr double stds = 3.0;
   const std::vector<int> speeds = speeds_of(problem.equations);
+  const auto add = [&](int state, Index num_samples) {
+    problem.channels.push_back({.name = "(origin)", .state = state, .noise_std = stds * scales[as_size(state)]});
+    for (Record& record : problem.records) {
+      record.channels.conservativeResize(Eigen::NoChange, record.channels.cols() + 1);
+      record.channels.rightCols(1).setConstant(std::numeric_limits<double>::quiet_NaN());
+      record.channels.rightCols(1).topRows(std::min(num_samples, record.channels.rows())).setZero();
+    }
+  };
+  // Where a zero begins is as open as the motion is large.
+  for (std::size_t j = 0, given = problem.channels.size(); j < given; ++j)
+    if (problem.channels[j].wanders) add(problem.channels[j].state, 1);
   for (std::size_t i = 0; i < speeds.size(); ++i) {
     const auto state = static_cast<int>(i);
     const bool fixed = std::any_of(problem.channels.begin(), problem.channels.end(), [&](const Channel& channel) {
@@ -193,11 +205,7 @@ Problem with_origins(Problem problem, const std::vector<double>& scales) {
              channel.corner_rad_s.mean == 0.0;
     });
     if (speeds[i] < 0 || fixed) continue;
-    problem.channels.push_back({.name = "(origin)", .state = state, .noise_std = stds * scales[i]});
-    for (Record& record : problem.records) {
-      record.channels.conservativeResize(Eigen::NoChange, record.channels.cols() + 1);
-      record.channels.rightCols(1).setZero();
-    }
+    add(state, std::numeric_limits<Index>::max());
   }
   return problem;
 }

@@ -174,6 +174,12 @@ Problem wandering(const Runs& runs, double correlation, std::uint64_t seed) {
 TEST_CASE("a zero that wanders is told from the motion", "[ident][state_space]") {
   const Runs runs = support::runs_of(sim::Duffing{}, {0.8, 1.0, 1.2}, 25.0, 100.0);
   Problem problem = wandering(runs, 0.99, 930090);
+  // With terms that a shift of x mixes, too: where the zero begins is not free.
+  problem.equations = oscillator({"x", "v", "x^3", "f", "1", "x^2"}, {"f"});
+  const Fit shifted = ident::state_space::fit(problem, {.num_threads = 1});
+  CHECK(shifted.converged());
+  check_estimate(shifted, 2, -2500.0, 100.0);
+  problem.equations = oscillator(duffing_terms, {"f"});
   const Fit fit = ident::state_space::fit(problem, {.num_threads = 1});
   CHECK(fit.converged());
   check_duffing(fit, 0.02);
