@@ -72,6 +72,7 @@ void take_sensors(Likelihood& result, const state_space::Problem& problem, const
 void take_wanders(Likelihood& result, const state_space::Problem& problem, const state_space::Fit& fit,
                   const dsp::Recording& recorded) {
   constexpr double at_bound = 1.5;
+  constexpr double most = 0.2;  // of the motion: a zero that goes farther is no sensor's but what drives the motion
   const size_t num_of_equations = problem.equations.states.size();
   size_t num_states = num_of_equations;
   for (const state_space::Channel& channel : problem.channels) num_states += channel.has_own_state() ? 1 : 0;
@@ -82,16 +83,17 @@ void take_wanders(Likelihood& result, const state_space::Problem& problem, const
     if (!channel.wanders || fit.noise.process[own] < at_bound * state_space::least_wander * fit.floors[j]) continue;
     const auto of = std::find_if(recorded.channels.begin(), recorded.channels.end(),
                                  [](const dsp::Channel& one) { return dsp::info_of(one.role).order == 0; });
-    result.wanders.push_back({channel.name, of == recorded.channels.end() ? "" : of->unit,
-                              fit.noise.process[own] * std::sqrt(problem.sample_rate_hz)});
-    double sum = 0.0, squares = 0.0, count = 0.0;
+    double sum = 0.0, squares = 0.0, of_motion = 0.0, count = 0.0;
     for (const std::vector<double>& states : fit.point.states)
       for (size_t k = 0; k < states.size(); k += num_states) {
-        const double off = states[k + own] - states[k + static_cast<size_t>(channel.state)];
-        sum += off, squares += off * off, ++count;
+        const double x = states[k + static_cast<size_t>(channel.state)], off = states[k + own] - x;
+        sum += off, squares += off * off, of_motion += x * x, ++count;
       }
-    const double mean = sum / count;
-    result.zero = {mean, std::sqrt(std::max(0.0, squares / count - mean * mean))};
+    const double mean = sum / count, square = std::max(0.0, squares / count - mean * mean);
+    if (square > most * most * of_motion / count) continue;
+    result.zero = {mean, std::sqrt(square)};
+    result.wanders.push_back({channel.name, of == recorded.channels.end() ? "" : of->unit,
+                              fit.noise.process[own] * std::sqrt(problem.sample_rate_hz)});
   }
 }
 
