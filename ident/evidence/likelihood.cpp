@@ -171,15 +171,17 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   return result;
 }
 
-/// With zeros of displacements that wander, in the place of constant ones; nothing where there is no displacement.
-std::optional<Statement> with_wander(Statement statement) {
+/// Zeros of displacements wander in the place of constant ones, by steps of this size (0: estimated). Whether there is
+/// a displacement.
+bool let_wander(state_space::Problem& problem, double step_std) {
   bool any = false;
-  for (state_space::Channel& channel : statement.problem.channels) {
+  for (state_space::Channel& channel : problem.channels) {
     if (channel.state != 0 || channel.rate || channel.has_own_state()) continue;
     channel.wanders = any = true;
+    channel.wander_std = step_std;
     channel.offset = {};
   }
-  return any ? std::optional(std::move(statement)) : std::nullopt;
+  return any;
 }
 
 /// Positions of these terms, and of x and v, which slow noise hides first.
@@ -243,16 +245,16 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   const bool may_wander = (!result.speaks() || result.has_unexplained()) &&
                           !(result.missing && result.missing->is_recorded) &&
                           (statement.problem.channels.size() > 1 || std::isfinite(result.cost));
-  if (std::optional<Statement> wandering = may_wander ? with_wander(statement) : std::nullopt) {
+  if (Statement wandering = may_wander ? statement : Statement{}; may_wander && let_wander(wandering.problem, 0.0)) {
     const std::vector<int> found = result.speaks() ? with_spring_and_damper(result.terms, data)
                                    : first.empty() ? among
                                                    : first;
-    if (is_likelier(*wandering, found, result, options.num_threads)) {
-      std::swap(statement, *wandering);
+    if (is_likelier(wandering, found, result, options.num_threads)) {
+      std::swap(statement, wandering);
       Likelihood other = select(among, found);
       const bool explains = std::isfinite(result.cost) || !other.has_unexplained();
       if (other.speaks() && !other.wanders.empty() && other.cost < result.cost && explains) return other;
-      std::swap(statement, *wandering);
+      std::swap(statement, wandering);
     }
   }
   if (!result.speaks() || !result.has_unexplained()) return result;
@@ -266,11 +268,7 @@ std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range
   if (!statement.obstacle.empty()) return std::nullopt;
   state_space::Problem& problem = statement.problem;
   if (!likelihood.wanders.empty())
-    for (state_space::Channel& channel : problem.channels)
-      if (channel.state == 0 && !channel.rate && !channel.has_own_state()) {
-        channel.wanders = true, channel.offset = {};
-        channel.wander_std = likelihood.wanders.front().std / std::sqrt(problem.sample_rate_hz);
-      }
+    (void)let_wander(problem, likelihood.wanders.front().std / std::sqrt(problem.sample_rate_hz));
   std::vector<state_space::Term>& terms = problem.equations.terms;
   std::erase_if(terms, [](const state_space::Term& term) { return !term.known.has_value(); });
   for (size_t i = 0; i < likelihood.terms.size(); ++i)
