@@ -117,6 +117,18 @@ double unexplained_of(const state_space::Fit& fit, const state_space::Problem& p
   return fit.noise.process.at(1) * std::sqrt(2.0 * problem.sample_rate_hz * columns.band_hz);
 }
 
+/// Of several channels, no other is far above its floor: what displacements are beside those may be zeros that wander.
+bool is_of_displacements(const state_space::Fit& fit, const state_space::Problem& problem) {
+  size_t others = 0;
+  for (size_t j = 0; j < problem.channels.size(); ++j) {
+    const state_space::Channel& channel = problem.channels[j];
+    if (channel.state == 0 && !channel.rate) continue;
+    if (fit.is_far_above_floor(j)) return false;
+    ++others;
+  }
+  return others > 0;
+}
+
 /// Among these candidates, positions in data.terms.
 Likelihood selected(const Statement& statement, const std::vector<int>& among, const std::vector<int>& first,
                     const RangeRows& rows, const RangeData& data, const std::vector<Columns>& recordings,
@@ -137,6 +149,7 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   result.price = selection.price;
   result.cost = selection.hopeless ? std::numeric_limits<double>::infinity()
                                    : fit.J + selection.price * static_cast<double>(num_priced);
+  if (selection.hopeless) result.may_be_of_zeros = is_of_displacements(fit, problem);
   if (!fit.converged()) {
     result.is_restless = !fit.settled && !selection.hopeless;
     result.silent_because =
@@ -197,7 +210,9 @@ std::vector<int> with_spring_and_damper(const std::vector<Index>& terms, const R
 
 /// Whether it is worth a search: with these terms it is likelier than what was found.
 bool is_likelier(const Statement& wandering, const std::vector<int>& terms, const Likelihood& found, int num_threads) {
-  const state_space::Fit fit = state_space::fit(wandering.problem, {.terms = terms, .num_threads = num_threads});
+  constexpr int enough = 120;  // those that are take 45 to 95
+  const state_space::Fit fit =
+      state_space::fit(wandering.problem, {.terms = terms, .num_threads = num_threads, .most_linearised = enough});
   return fit.converged() && fit.J + found.price * static_cast<double>(terms.size() + 1) < found.cost;
 }
 
@@ -242,9 +257,8 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   Likelihood result = select(among, first);
   if (result.is_restless && first.empty()) result = select(among, terms_of_rows(data));
   // A recorded force that is missing comes first. What of x alone is hopeless no wander mends: it takes up anything.
-  const bool may_wander = (!result.speaks() || result.has_unexplained()) &&
-                          !(result.missing && result.missing->is_recorded) &&
-                          (statement.problem.channels.size() > 1 || std::isfinite(result.cost));
+  const bool may_wander = (result.speaks() ? result.has_unexplained() : result.may_be_of_zeros) &&
+                          !(result.missing && result.missing->is_recorded);
   if (Statement wandering = may_wander ? statement : Statement{}; may_wander && let_wander(wandering.problem, 0.0)) {
     const std::vector<int> found = result.speaks() ? with_spring_and_damper(result.terms, data)
                                    : first.empty() ? among

@@ -59,6 +59,7 @@ void Fitter::seek(std::vector<int> coefficients) {
 }
 
 void Fitter::begin(const FitOptions& options) {
+  most_linearised_ = options.most_linearised;
   const std::vector<double>& coefficients = options.coefficients;
   if (!coefficients.empty() && coefficients.size() != as_size(layout().num_coefficients))
     throw std::invalid_argument("state_space: another number of coefficients");
@@ -281,12 +282,26 @@ bool Fitter::at_floor(const std::vector<double>& residual_std) const {
 }
 
 bool Fitter::is_hopeless() const {
-  constexpr double far_above = 5.0;  // a floor is known within a factor of e, and noise need not be white
   if (!linear_) return false;
   const std::vector<double> residual_std = residual_stds();
   for (size_t j = 0; j < residual_std.size(); ++j)
-    if (residual_std[j] > far_above * floors_[j]) return true;
-  return false;
+    if (residual_std[j] > Fit::far_above * floors_[j]) return true;
+  // The spectrum of a random walk ends in half the noise of a sample that its steps are.
+  return std::any_of(wanders_.begin(), wanders_.end(), [&](const Wander& wander) {
+    return steps_of(wander) > Fit::far_above * floors_[as_size(wander.channel)];
+  });
+}
+
+double Fitter::steps_of(const Wander& wander) const {
+  const size_t n = noise_.process.size(), own = as_size(wander.state),
+               moved = as_size(problem_.problem().channels[as_size(wander.channel)].state);
+  double squares = 0.0, count = 0.0;
+  for (const std::vector<double>& states : point_.states)
+    for (size_t k = n; k < states.size(); k += n) {
+      const double step = states[k + own] - states[k + moved] - states[k - n + own] + states[k - n + moved];
+      squares += step * step, ++count;
+    }
+  return std::sqrt(squares / std::max(count, 1.0));
 }
 
 std::vector<double> Fitter::residual_stds() const {

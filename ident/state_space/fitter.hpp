@@ -34,8 +34,8 @@ class Fitter {
   /// From soft to hard, and the noise from both; the better of them, then the log-determinant. Nothing of it where the
   /// soft end is hopeless.
   void settle();
-  /// Some channel is far above its floor: as the rate of a state that an equation lacks a term for, which no process
-  /// noise makes good.
+  /// Some channel is far above its floor, as the rate of a state that an equation lacks a term for, which no process
+  /// noise makes good; or the steps of what wanders are.
   [[nodiscard]] bool is_hopeless() const;
   /// The same from where it stands, whose process noise is held against the hard end.
   void settle_again();
@@ -44,7 +44,7 @@ class Fitter {
   bool refit();
   bool refit_softly();
   /// No step is tried any more: such a search would not come to rest.
-  [[nodiscard]] bool is_spent() const { return num_linearised_ > most_linearised; }
+  [[nodiscard]] bool is_spent() const { return num_linearised_ > most_linearised_; }
   /// Whether the point has a likelihood at all.
   [[nodiscard]] bool is_finite() const { return linear_.has_value(); }
   /// Where the search stands, and back to there: what it seeks is to be said again.
@@ -83,8 +83,6 @@ class Fitter {
 
   /// A step that lowers -2 log likelihood by less is below 0.01 standard deviations.
   static constexpr double of_rest = 1e-4;
-  /// A search that comes to rest takes 40 to 200; with fewer terms it is another.
-  static constexpr int most_linearised = 250;
   /// Process noise as a fraction of a state's scale: next to nothing, and still no loss of digits; and that of a
   /// stage whose basin is the right one whatever the model lacks.
   static constexpr double hardest = 2e-6, soft_scale = 6e-3;
@@ -114,7 +112,8 @@ class Fitter {
   [[nodiscard]] bool has_process_noise() const;
   [[nodiscard]] bool exceeds_floor() const;
   [[nodiscard]] bool at_floor(const std::vector<double>& residual_std) const;
-  [[nodiscard]] std::vector<double> residual_stds() const;  ///< of the channels given
+  [[nodiscard]] std::vector<double> residual_stds() const;    ///< of the channels given
+  [[nodiscard]] double steps_of(const Wander& wander) const;  ///< of what it adds to the motion, from sample to sample
   void soften(double factor);
   /// What noise of inputs does to a state over a sample, at the coefficients as they are: process noise is no less.
   [[nodiscard]] double process_floor(int state) const;
@@ -132,7 +131,7 @@ class Fitter {
   std::vector<int> speeds_, followers_,  ///< of an input, by a lag
       parameters_, all_parameters_;
   std::vector<Wander> wanders_;  ///< states that stand for channels
-  int num_threads_, parts_, num_linearised_ = 0;
+  int num_threads_, parts_, num_linearised_ = 0, most_linearised_ = 0;
   std::size_t num_given_channels_;
   Point point_;
   Noise noise_;

@@ -30,6 +30,7 @@ namespace ident {
 struct Likelihood {
   std::string silent_because;       ///< not empty: it does not speak, and nothing else is filled in
   bool is_restless = false;         ///< its search did not come to an end, though not for what the terms lack
+  bool may_be_of_zeros = true;      ///< that it is silent: where it is hopeless, by displacements beside other channels
   std::vector<Eigen::Index> terms;  ///< of the library, ascending
   Eigen::VectorXd mean;             ///< of their coefficients
   Eigen::MatrixXd covariance;       ///< with parameters of the channels unknown

@@ -37,16 +37,21 @@ struct Besides {
   double white = 0.0;        ///< force of this rms, new at each sample
   double late_s = 0.0;       ///< of the displacement sensor
   double correlation = 0.0;  ///< of its noise from sample to sample
+  double wander = 0.0;       ///< of its zero from sample to sample, in parts of its noise
+  bool has_accelerometer = false;
 };
 
 dsp::Recording recording_of(const Besides& besides, std::uint64_t seed) {
   const Draw draw{sim::Noise(seed, 0)};
-  const sim::Noise white(seed, 1), sensor(seed, 2);
+  const sim::Noise white(seed, 1), sensor(seed, 2), walk(seed, 3), other(seed, 4);
+  const auto acceleration = [&](const auto& s, double t) {
+    return -25.0 * s[0] - s[1] - 2500.0 * s[0] * s[0] * s[0] + 100.0 * draw.force(t) - besides.force(s[1]);
+  };
   sim::System system;
   system.states = {"x", "v"};
   system.rhs = [&](double t, const double* s, int, double* rates) {
     rates[0] = s[1];
-    rates[1] = -25.0 * s[0] - s[1] - 2500.0 * s[0] * s[0] * s[0] + 100.0 * draw.force(t) - besides.force(s[1]);
+    rates[1] = acceleration(s, t);
     if (besides.white > 0.0) rates[1] += besides.white * white.normal(static_cast<std::uint64_t>(t * rate_hz + 1.0));
   };
   const sim::SimulateOptions options{.duration_s = duration_s,
@@ -54,20 +59,26 @@ dsp::Recording recording_of(const Besides& besides, std::uint64_t seed) {
                                      .relative_tolerance = 1e-8,
                                      .max_step_s = besides.white > 0.0 ? 1.0 / rate_hz : 0.0};
   const sim::Simulation motion = sim::simulate(system, Eigen::Vector2d::Zero(), options);
-  VectorXd x = motion.states.col(0) - besides.late_s * motion.states.col(1);
+  VectorXd x = motion.states.col(0) - besides.late_s * motion.states.col(1), a(x.size());
   const double std = noise * std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
-  double error = 0.0;
+  double error = 0.0, zero = 0.0;
   for (Index i = 0; i < x.size(); ++i) {
     const double fresh = std::sqrt(1.0 - besides.correlation * besides.correlation);
     error = besides.correlation * error + (i == 0 ? 1.0 : fresh) * sensor.normal(static_cast<std::uint64_t>(i));
-    x(i) += std * error;
+    zero += std * besides.wander * walk.normal(static_cast<std::uint64_t>(i));
+    x(i) += std * error + zero;
+    a(i) = acceleration(motion.states.row(i), motion.time_s(i)) + 0.05 * other.normal(static_cast<std::uint64_t>(i));
   }
   dsp::Recording recording{.name = "bench", .sample_rate_hz = rate_hz};
   recording.channels = {{.name = "laser", .role = dsp::Role::x, .unit = "m"},
                         {.name = "cell", .role = dsp::Role::f, .unit = "N"}};
-  recording.samples.resize(x.size(), 2);
+  recording.samples.resize(x.size(), besides.has_accelerometer ? 3 : 2);
   recording.samples.col(0) = x;
   recording.samples.col(1) = motion.time_s.unaryExpr([&](double t) { return draw.force(t); });
+  if (besides.has_accelerometer) {
+    recording.channels.push_back({.name = "accelerometer", .role = dsp::Role::a, .unit = "m/s^2"});
+    recording.samples.col(2) = a;
+  }
   return recording;
 }
 
@@ -79,13 +90,16 @@ struct Tally {
 constexpr std::array<std::pair<const char*, double>, 4> terms{
     {{"x", -25.0}, {"v", -1.0}, {"x^3", -2500.0}, {"f", 100.0}}};
 
+ident::RangeResult identified(const Besides& besides, std::uint64_t seed) {
+  return ident::identify({.prepared = dsp::prepare(recording_of(besides, seed), {})}, {.order = 3, .terms = {"f"}},
+                         {.methods = {ident::FastRvmOptions{}}})
+      .front();
+}
+
 Tally tally(const Besides& besides, std::uint64_t first_seed) {
   Tally of;
   for (std::uint64_t draw = 0; draw < num_draws; ++draw) {
-    const ident::RangeResult range =
-        ident::identify({.prepared = dsp::prepare(recording_of(besides, first_seed + draw), {})},
-                        {.order = 3, .terms = {"f"}}, {.methods = {ident::FastRvmOptions{}}})
-            .front();
+    const ident::RangeResult range = identified(besides, first_seed + draw);
     const ident::JudgedFit& fit = range.fits.front();
     of.by_likelihood += fit.by_likelihood ? 1 : 0;
     ++of.verdicts.at(static_cast<std::size_t>(fit.judgement.verdict));
@@ -110,6 +124,37 @@ void check_covered(const Tally& of) {
 }
 
 }  // namespace
+
+TEST_CASE("a zero of x that wanders is found, alone and beside an accelerometer", "[ident][likelihood]") {
+  constexpr std::uint64_t seed = 950600;
+  constexpr double correlation = 0.99, step = 0.4;
+  const VectorXd x = recording_of({}, seed).samples.col(0);
+  const double in_a_second = noise * std::sqrt(x.squaredNorm() / static_cast<double>(x.size()) * rate_hz);
+  for (const auto& [besides, steps] :
+       {std::pair{Besides{.name = "slow noise", .correlation = correlation},
+                  std::sqrt(1.0 - correlation * correlation)},
+        std::pair{Besides{.name = "a walk", .wander = step, .has_accelerometer = true}, step}}) {
+    CAPTURE(besides.name);
+    const ident::RangeResult range = identified(besides, seed);
+    REQUIRE(range.likelihood.speaks());
+    REQUIRE(range.likelihood.wanders.size() == 1);
+    const auto& wander = range.likelihood.wanders.front();
+    CHECK(wander.channel == "laser");
+    CHECK(wander.unit == "m");
+    CHECK(wander.std == Approx(steps * in_a_second).epsilon(0.2));
+    const ident::JudgedFit& fit = range.fits.front();
+    CHECK(fit.by_likelihood);
+    CHECK(fit.judgement.verdict != ident::Verdict::does_not);
+    std::vector<std::string> names;
+    for (const ident::ModelTerm& term : fit.model.terms) {
+      CAPTURE(term.name, term.mean, term.std);
+      names.push_back(term.name);
+      for (const auto& [name, truth] : terms)
+        if (term.name == name) CHECK(std::abs(term.mean - truth) <= 4.0 * term.std);
+    }
+    CHECK_THAT(names, Catch::UnorderedEquals(std::vector<std::string>{"x", "v", "x^3", "f"}));
+  }
+}
 
 TEST_CASE("intervals under a white force through the whole identification", "[.][study][likelihood]") {
   check_covered(tally({.name = "white force, 7 % of a", .white = 5.0}, 950000));
