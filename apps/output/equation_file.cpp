@@ -60,9 +60,9 @@ Json stage_json(const ident::RangeResult& range, const ident::JudgedFit& fit) {
   row["num_samples"] = std::llround(likelihood.num_samples);
   row["gain_of_process_noise"] = likelihood.gain_of_process_noise;
   row["unexplained_std"] = likelihood.unexplained_std;
-  row["wander_per_sqrt_s"] = Json::object();
+  row["wanders"] = Json::array();
   for (const ident::Likelihood::Wander& wander : likelihood.wanders)
-    row["wander_per_sqrt_s"][wander.channel] = wander.std;
+    row["wanders"].push_back({{"channel", wander.channel}, {"std_after_1_s", wander.std}, {"unit", wander.unit}});
   return row;
 }
 

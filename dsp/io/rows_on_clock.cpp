@@ -29,6 +29,11 @@ Eigen::Index RowsOnClock::read(FrameBlock& block, Eigen::Index max_frames) {
   before_.resize(width);
   behind_.resize(width);
   for (Eigen::Index i = 0; i < count; ++i, ++next_frame_) {
+    if (clock_.position.empty()) {  // each row is a frame
+      read_row(behind_);
+      block.row(i) = behind_;
+      continue;
+    }
     const auto at = static_cast<double>(next_frame_);
     while (next_row_ == 0 || position(next_row_ - 1) < at) {
       earlier_.swap(before_);

@@ -153,7 +153,10 @@ double last_digit(std::string_view number) {
     const auto digits = number.substr(exponent + 1 + (number[exponent + 1] == '+' ? 1 : 0));
     std::from_chars(digits.data(), digits.data() + digits.size(), power);
   }
-  return std::pow(10.0, power - (mark < exponent ? static_cast<int>(exponent - mark - 1) : 0));
+  constexpr std::array usual{1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9};
+  const int digits = (mark < exponent ? static_cast<int>(exponent - mark - 1) : 0) - power;
+  return digits >= 0 && std::cmp_less(digits, usual.size()) ? usual[static_cast<std::size_t>(digits)]
+                                                            : std::pow(10.0, -digits);
 }
 
 }  // namespace dsp

@@ -217,6 +217,7 @@ class TableFile : public RowsOnClock {
   void scan(const OpenOptions& options) {
     Stamps stamps{{}, 0.0, layout_.first_line, file_->name()};
     Repeats repeats;
+    const double unit_s = clock_column_ >= 0 && !clock().unit.empty() ? find_unit(clock().unit).factor : 1.0;
     std::string_view line, time;
     std::int64_t number = layout_.first_line - 1;
     for (; lines_.next(line); number = lines_.number()) {
@@ -226,7 +227,7 @@ class TableFile : public RowsOnClock {
       if (layout_.is_one_run && clock_column_ >= 0 && trimmed(time).empty()) break;
       ++info_.num_frames;
       if (clock_column_ < 0) continue;
-      append(stamps.time_s, stamp(time), options.max_memory_bytes);
+      append(stamps.time_s, stamp(time, unit_s), options.max_memory_bytes);
       repeats.look_at(stamps.time_s, line);
     }
     if (info_.num_frames == 0) throw fault("table.empty", "no whole row");
@@ -236,8 +237,7 @@ class TableFile : public RowsOnClock {
       leave_out(repeats.rows, stamps);
     if (options.with_clock && layout_.time_column >= 0 && !options.rate_hz)
       refuse_turns(stamps, repeats.are_whole_rows);
-    unwrap_counter(stamps, clock_column_ >= 0 && !clock().unit.empty() ? find_unit(clock().unit).factor : 1.0,
-                   info_.checks);
+    unwrap_counter(stamps, unit_s, info_.checks);
     settle_clock(stamps, options);
     if (options.with_clock && layout_.time_column >= 0) refuse_backwards(stamps);
     if (layout_.time_column < 0 || !options.with_clock) {
@@ -377,17 +377,15 @@ class TableFile : public RowsOnClock {
     return moments_.seconds(*moment);
   }
 
-  double stamp(std::string_view text) {
+  double stamp(std::string_view text, double unit_s) {
     if (clock().holds_moments) return stamp_of_moment(text);
     double value = 0;
-    const auto& unit = clock().unit;
-    const double factor = unit.empty() ? 1.0 : find_unit(unit).factor;
     if (parse_cell(text, layout_.style.decimal_comma, value) != Cell::number) {
       if (layout_.time_column < 0) return std::numeric_limits<double>::quiet_NaN();
       throw fault("table.cell", fmt::format("column {}: {} is no time", layout_.time_column + 1, file_->quoted(text)));
     }
-    printed_.note(value * factor, last_digit(text) * factor);
-    return value * factor;
+    printed_.note(value * unit_s, last_digit(text) * unit_s);
+    return value * unit_s;
   }
 
   void finish_reading() override { file_->check_unchanged(); }

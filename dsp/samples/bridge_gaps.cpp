@@ -12,25 +12,38 @@
 
 namespace dsp {
 
+namespace {
+constexpr double largest_value = 1e100;
+}
+
 GapBridge::GapBridge(BridgeOptions options) : options_(std::move(options)), open_(options_.channels.size()) {}
 
 void GapBridge::push(FrameBlock frames) {
   if (frames.rows() == 0) return;
   held_.push_back({end_, std::move(frames)});
   end_ += held_.back().frames.rows();
-  for (Eigen::Index channel = 0; channel < std::ssize(open_); ++channel) check_channel(channel);
+  const FrameBlock& last = held_.back().frames;
+  bool are_values = true;
+  for (Eigen::Index i = 0; i < last.size(); ++i) are_values &= std::abs(last.data()[i]) <= largest_value;
+  for (Eigen::Index channel = 0; channel < std::ssize(open_); ++channel) check_channel(channel, are_values);
 }
 
-// Of the block that came last.
-void GapBridge::check_channel(Eigen::Index channel) {
-  constexpr double largest = 1e100;
+// Of the block that came last, of which all may be values.
+void GapBridge::check_channel(Eigen::Index channel, bool are_values) {
   auto& open = open_[static_cast<std::size_t>(channel)];
   const auto& name = options_.channels[static_cast<std::size_t>(channel)];
   const Held& last = held_.back();
+  const Eigen::Index count = last.frames.rows();
+  if (open.first < 0 && count > 1 && are_values) {
+    open.earlier = last.frames(count - 2, channel);
+    open.before = last.frames(count - 1, channel);
+    open.has_earlier = open.has_before = true;
+    return;
+  }
   for (Eigen::Index i = 0; i < last.frames.rows(); ++i) {
     const double value = last.frames(i, channel);
     const auto frame = last.first + i;
-    if (std::abs(value) <= largest) {
+    if (std::abs(value) <= largest_value) {
       const bool closes = open.first >= 0;
       if (closes) close(channel, frame, value, true);
       open.has_earlier = open.has_before && !closes;

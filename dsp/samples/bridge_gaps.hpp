@@ -57,7 +57,7 @@ class GapBridge {
     std::int64_t first = 0;
     FrameBlock frames;
   };
-  void check_channel(Eigen::Index channel);
+  void check_channel(Eigen::Index channel, bool are_values);
   [[nodiscard]] bool are_many_held(std::int64_t num_held) const;
   void require_begin(Eigen::Index channel, std::int64_t num_held) const;
   void close(Eigen::Index channel, std::int64_t end, double behind, bool has_behind);

@@ -48,6 +48,15 @@ double usual_step(const std::vector<double>& values) {
   return std::isinf(smallest) ? 0.0 : std::max(smallest, quantile_in_place(steps, 0.75));
 }
 
+/// No value is missing, and more than one step in four is a tenth of the largest or more: none is then `beyond` what
+/// is usual. Tells most records in a fraction of the time of usual_step.
+bool has_no_large_step(const Eigen::Ref<const FrameBlock>& frames, Index channel) {
+  const Index count = frames.rows() - 1;
+  if (count < 1) return true;
+  const Eigen::ArrayXd values = frames.col(channel), steps = (values.tail(count) - values.head(count)).abs();
+  return steps.allFinite() && (beyond * steps >= steps.maxCoeff()).count() > steps.size() / 4 + 1;
+}
+
 /// How many values from `at` on stand alone, farther than `least` from those before and behind; 0: none.
 std::size_t num_alone(const std::vector<double>& values, std::size_t at, double least) {
   if (values.size() < 2 || (at > 0 && std::abs(values[at] - values[at - 1]) <= least)) return 0;
@@ -93,6 +102,7 @@ IsolatedValues::IsolatedValues(const std::vector<Channel>& channels, double samp
 
 // Of the first rows that are held, seen by themselves, those that are still to leave, before `last`.
 void IsolatedValues::decide(Index channel, Index last, Index num_seen) {
+  if (has_no_large_step(held_.topRows(num_seen), channel)) return;
   const Values seen = present(held_.topRows(num_seen), channel);
   const int order = info_of(channels_[static_cast<std::size_t>(channel)].role).order;
   const bool may_jump = order != 0 && order != 1;

@@ -184,14 +184,17 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   return result;
 }
 
-/// Zeros of displacements wander in the place of constant ones, by steps of this size (0: estimated). Whether there is
-/// a displacement.
-bool let_wander(state_space::Problem& problem, double step_std) {
+/// Zeros of displacements wander in the place of constant ones: those that are known to, or all, by steps that are
+/// estimated. Whether there is one.
+bool let_wander(state_space::Problem& problem, const std::vector<Likelihood::Wander>& known = {}) {
   bool any = false;
   for (state_space::Channel& channel : problem.channels) {
     if (channel.state != 0 || channel.rate || channel.has_own_state()) continue;
+    const auto found = std::find_if(known.begin(), known.end(),
+                                    [&](const Likelihood::Wander& wander) { return wander.channel == channel.name; });
+    if (!known.empty() && found == known.end()) continue;
     channel.wanders = any = true;
-    channel.wander_std = step_std;
+    channel.wander_std = known.empty() ? 0.0 : found->std / std::sqrt(problem.sample_rate_hz);
     channel.offset = {};
   }
   return any;
@@ -259,7 +262,7 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   // A recorded force that is missing comes first. What of x alone is hopeless no wander mends: it takes up anything.
   const bool may_wander = (result.speaks() ? result.has_unexplained() : result.may_be_of_zeros) &&
                           !(result.missing && result.missing->is_recorded);
-  if (Statement wandering = may_wander ? statement : Statement{}; may_wander && let_wander(wandering.problem, 0.0)) {
+  if (Statement wandering = may_wander ? statement : Statement{}; may_wander && let_wander(wandering.problem)) {
     const std::vector<int> found = result.speaks() ? with_spring_and_damper(result.terms, data)
                                    : first.empty() ? among
                                                    : first;
@@ -281,8 +284,7 @@ std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range
   Statement statement = statement_of(range, rows, true, data, recordings);
   if (!statement.obstacle.empty()) return std::nullopt;
   state_space::Problem& problem = statement.problem;
-  if (!likelihood.wanders.empty())
-    (void)let_wander(problem, likelihood.wanders.front().std / std::sqrt(problem.sample_rate_hz));
+  if (!likelihood.wanders.empty()) (void)let_wander(problem, likelihood.wanders);
   std::vector<state_space::Term>& terms = problem.equations.terms;
   std::erase_if(terms, [](const state_space::Term& term) { return !term.known.has_value(); });
   for (size_t i = 0; i < likelihood.terms.size(); ++i)
