@@ -105,12 +105,16 @@ class ArrayFile final : public RowsOnClock {
           std::min(num_rows_ - next_row_, std::max(fewest_rows, block_values / std::max<std::int64_t>(width, 1)));
       block_.resize(static_cast<std::size_t>(count * width));
       for (const Used& one : used_)
-        one.array->read(one.axis, next_row_, count, block_.data() + one.first, static_cast<std::size_t>(width));
+        one.array->read(one.axis, next_row_, count, block_.data() + static_cast<std::size_t>(count) * one.first);
+      block_first_ = next_row_;
       block_end_ += count;
-      block_at_ = block_.data();
     }
-    for (std::int64_t i = 0; i < width; ++i) row[i] = block_at_[i];
-    block_at_ += width;
+    const auto at = static_cast<std::size_t>(next_row_ - block_first_),
+               num_rows = static_cast<std::size_t>(block_end_ - block_first_);
+    for (const Used& one : used_) {
+      const double* const values = block_.data() + num_rows * one.first + at * one.count;
+      for (std::size_t k = 0; k < one.count; ++k) row[static_cast<Eigen::Index>(one.first + k)] = values[k];
+    }
     ++next_row_;
   }
 
@@ -156,8 +160,8 @@ class ArrayFile final : public RowsOnClock {
     std::vector<double> a(block_rows), b(block_rows);
     for (std::int64_t at = 0; at < num_rows_; at += block_rows) {
       const std::int64_t count = std::min(block_rows, num_rows_ - at);
-      one.array->read(one.axis, at, count, a.data(), 1);
-      other.array->read(other.axis, at, count, b.data(), 1);
+      one.array->read(one.axis, at, count, a.data());
+      other.array->read(other.axis, at, count, b.data());
       if (!std::equal(a.begin(), a.begin() + count, b.begin())) return false;
     }
     return true;
@@ -205,7 +209,7 @@ class ArrayFile final : public RowsOnClock {
       if (!rate || array.values == ValueKind::none || !long_sides(array).empty()) continue;
       if (array.load) array.load();
       double value = 0.0;
-      array.read(0, 0, 1, &value, 1);
+      array.read(0, 0, 1, &value);
       const double rate_hz = rate->rate_hz(value);
       if (rate_hz == 0.0) continue;
       constexpr double rounding = 1e-12;
@@ -354,7 +358,7 @@ class ArrayFile final : public RowsOnClock {
     for (std::int64_t at = 0; at < count; at += block_rows) {
       const std::int64_t rows = std::min(block_rows, count - at);
       block.resize(static_cast<std::size_t>(rows) * one.count);
-      one.array->read(one.axis, at, rows, block.data(), one.count);
+      one.array->read(one.axis, at, rows, block.data());
       for (std::int64_t i = 0; i < rows; ++i)
         values[static_cast<std::size_t>(at + i)] = block[static_cast<std::size_t>(i) * one.count + column - one.first];
     }
@@ -428,9 +432,8 @@ class ArrayFile final : public RowsOnClock {
   double bytes_ = 0.0;             // of the arrays that were loaded
   std::optional<double> rate_hz_;  // that the file states
   bool lost_ = false;              // whether what is left out may be a signal
-  std::vector<double> block_;      // the rows around the next
-  const double* block_at_ = nullptr;
-  std::int64_t num_rows_ = 0, next_row_ = 0, block_end_ = 0;
+  std::vector<double> block_;      // the rows around the next, array after array
+  std::int64_t num_rows_ = 0, next_row_ = 0, block_first_ = 0, block_end_ = 0;
 };
 
 template <typename T>
@@ -493,7 +496,7 @@ ArrayBytes read_from(const InputFile& file, std::uint64_t base) {
 ReadArray strided(NumberFormat format, std::vector<std::uint64_t> shape, std::vector<std::uint64_t> steps,
                   std::uint64_t first_byte, ArrayBytes bytes) {
   return [format, shape = std::move(shape), steps = std::move(steps), first_byte, bytes = std::move(bytes)](
-             int axis, std::int64_t first, std::int64_t count, double* into, std::size_t stride) {
+             int axis, std::int64_t first, std::int64_t count, double* into) {
     constexpr std::uint64_t most_bytes = 1 << 23;  // at once
     const auto at = static_cast<std::size_t>(axis);
     const bool is_plane = shape.size() > 1;
@@ -506,7 +509,7 @@ ReadArray strided(NumberFormat format, std::vector<std::uint64_t> shape, std::ve
       const std::uint64_t begin = first_byte + (static_cast<std::uint64_t>(first) + done) * step;
       const std::uint64_t run = (rows - 1) * step + size;
       const auto copy = [&](const char* from, std::uint64_t column) {
-        for (std::uint64_t i = 0; i < rows; ++i) into[(done + i) * stride + column] = format.value(from + i * step);
+        for (std::uint64_t i = 0; i < rows; ++i) into[(done + i) * width + column] = format.value(from + i * step);
       };
       if (step_across <= step) {  // columns lie within one another
         const char* from = bytes(begin, static_cast<std::size_t>(run + (width - 1) * step_across));

@@ -13,10 +13,9 @@
 
 namespace dsp {
 
-/// Writes values [first, first + count) along `axis` of an array, those of the other axis side by side, to
-/// into[i * stride + k].
-using ReadArray =
-    std::function<void(int axis, std::int64_t first, std::int64_t count, double* into, std::size_t stride)>;
+/// Writes values [first, first + count) along `axis` of an array, those of the other axis side by side (`width`), to
+/// into[i * width + k].
+using ReadArray = std::function<void(int axis, std::int64_t first, std::int64_t count, double* into)>;
 
 enum class ValueKind { none, doubles, singles, integers };  ///< none: text, complex, ...: nothing that is read
 

@@ -156,7 +156,7 @@ struct Dataset {
                             file_name, clean_name(path), reason_of_failure()));
   }
 
-  void read(int axis, std::int64_t first, std::int64_t count, double* into, std::size_t stride) const {
+  void read(int axis, std::int64_t first, std::int64_t count, double* into) const {
     std::vector<hsize_t> start(dims.size(), 0), size = dims;
     const bool is_plane = long_axes.size() > 1;
     const std::size_t along = long_axes.empty() ? 0 : long_axes[static_cast<std::size_t>(axis)],
@@ -179,11 +179,10 @@ struct Dataset {
     }
     const hid_t type = compound ? static_cast<hid_t>(*compound) : H5T_NATIVE_DOUBLE;
     const bool in_rows = !is_plane || along < across;
-    const bool as_it_is = in_rows && stride == width;
-    std::vector<double> values(as_it_is ? 0 : rows * width);
-    if (H5Dread(*id, type, memory, space, H5P_DEFAULT, as_it_is ? into : values.data()) < 0) refuse();
-    for (std::size_t i = 0; !as_it_is && i < rows; ++i)
-      for (std::size_t k = 0; k < width; ++k) into[i * stride + k] = values[in_rows ? i * width + k : k * rows + i];
+    std::vector<double> values(in_rows ? 0 : rows * width);
+    if (H5Dread(*id, type, memory, space, H5P_DEFAULT, in_rows ? into : values.data()) < 0) refuse();
+    for (std::size_t i = 0; !in_rows && i < rows; ++i)
+      for (std::size_t k = 0; k < width; ++k) into[i * width + k] = values[k * rows + i];
   }
 };
 
@@ -409,9 +408,9 @@ class Hdf5Arrays {
 
   void make_readable(FileArray& array, Dataset dataset) {
     array.bytes = widen_cache(dataset);
-    array.read = [dataset = std::make_shared<const Dataset>(std::move(dataset))](
-                     int axis, std::int64_t first, std::int64_t count, double* into, std::size_t stride) {
-      dataset->read(axis, first, count, into, stride);
+    array.read = [dataset = std::make_shared<const Dataset>(std::move(dataset))](int axis, std::int64_t first,
+                                                                                 std::int64_t count, double* into) {
+      dataset->read(axis, first, count, into);
     };
   }
 

@@ -18,7 +18,7 @@ void RowsOnClock::set_clock(Clock clock) {
 }
 
 double RowsOnClock::position(std::int64_t row) const {
-  return clock_.position.empty() ? static_cast<double>(row) : clock_.position[static_cast<std::size_t>(row)];
+  return clock_.position[static_cast<std::size_t>(row)];
 }
 
 Eigen::Index RowsOnClock::read(FrameBlock& block, Eigen::Index max_frames) {
@@ -28,8 +28,9 @@ Eigen::Index RowsOnClock::read(FrameBlock& block, Eigen::Index max_frames) {
   earlier_.resize(width);
   before_.resize(width);
   behind_.resize(width);
+  const bool is_frame = clock_.position.empty();  // each row
   for (Eigen::Index i = 0; i < count; ++i, ++next_frame_) {
-    if (clock_.position.empty()) {  // each row is a frame
+    if (is_frame) {
       read_row(behind_);
       block.row(i) = behind_;
       continue;

@@ -148,15 +148,17 @@ Cell parse_cell(std::string_view field, bool decimal_comma, double& value) {
 double last_digit(std::string_view number) {
   const auto exponent = std::min(number.find_first_of("eE"), number.size());
   const auto mark = number.find_first_of(".,");
+  constexpr int most = 10'000;  // far outside all numbers
   int power = 0;
   if (exponent + 1 < number.size()) {
     const auto digits = number.substr(exponent + 1 + (number[exponent + 1] == '+' ? 1 : 0));
     std::from_chars(digits.data(), digits.data() + digits.size(), power);
+    power = std::clamp(power, -most, most);
   }
   constexpr std::array usual{1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9};
-  const int digits = (mark < exponent ? static_cast<int>(exponent - mark - 1) : 0) - power;
-  return digits >= 0 && std::cmp_less(digits, usual.size()) ? usual[static_cast<std::size_t>(digits)]
-                                                            : std::pow(10.0, -digits);
+  const int decimals = (mark < exponent ? static_cast<int>(exponent - mark - 1) : 0) - power;
+  return decimals >= 0 && std::cmp_less(decimals, usual.size()) ? usual[static_cast<std::size_t>(decimals)]
+                                                                : std::pow(10.0, -decimals);
 }
 
 }  // namespace dsp

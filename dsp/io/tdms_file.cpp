@@ -57,7 +57,7 @@ class ChannelValues {
     if (type_.format.bytes == 0) first_second_ = stamp_at(0).seconds;
   }
 
-  void read(std::int64_t first, std::int64_t count, double* into, std::size_t stride) const {
+  void read(std::int64_t first, std::int64_t count, double* into) const {
     constexpr std::uint64_t most_bytes = 1 << 20;  // at once
     auto at = static_cast<std::uint64_t>(first), left = static_cast<std::uint64_t>(count);
     while (left > 0) {
@@ -70,7 +70,7 @@ class ChannelValues {
       const std::uint64_t begin = is_alone ? run.offset_in_row : 0;
       const char* bytes =
           window_->bytes(place.offset + begin, is_alone ? type_.bytes : rows * run.row_bytes, rows < left && !is_alone);
-      for (std::uint64_t i = 0; i < rows; ++i, into += stride)
+      for (std::uint64_t i = 0; i < rows; ++i, ++into)
         *into = value(bytes + i * run.row_bytes + run.offset_in_row - begin, run.is_big);
       at += rows;
       left -= rows;
@@ -173,8 +173,8 @@ class TdmsArrays {
     if (array.values != ValueKind::none && !is_stamps) settle_clock(object, array);
     if (array.values != ValueKind::none) {
       const auto values = std::make_shared<const ChannelValues>(window_, std::move(object), std::move(scale));
-      array.read = [values](int, std::int64_t first, std::int64_t count, double* into, std::size_t stride) {
-        values->read(first, count, into, stride);
+      array.read = [values](int, std::int64_t first, std::int64_t count, double* into) {
+        values->read(first, count, into);
       };
     }
     contents.arrays.push_back(std::move(array));

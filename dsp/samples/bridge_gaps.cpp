@@ -28,7 +28,7 @@ void GapBridge::push(FrameBlock frames) {
   for (Eigen::Index channel = 0; channel < std::ssize(open_); ++channel) check_channel(channel, are_values);
 }
 
-// Of the block that came last, of which all may be values.
+// Of the block that came last. are_values: no sample of any channel in it is missing or huge.
 void GapBridge::check_channel(Eigen::Index channel, bool are_values) {
   auto& open = open_[static_cast<std::size_t>(channel)];
   const auto& name = options_.channels[static_cast<std::size_t>(channel)];
@@ -40,7 +40,7 @@ void GapBridge::check_channel(Eigen::Index channel, bool are_values) {
     open.has_earlier = open.has_before = true;
     return;
   }
-  for (Eigen::Index i = 0; i < last.frames.rows(); ++i) {
+  for (Eigen::Index i = 0; i < count; ++i) {
     const double value = last.frames(i, channel);
     const auto frame = last.first + i;
     if (std::abs(value) <= largest_value) {

@@ -48,8 +48,8 @@ double usual_step(const std::vector<double>& values) {
   return std::isinf(smallest) ? 0.0 : std::max(smallest, quantile_in_place(steps, 0.75));
 }
 
-/// No value is missing, and more than one step in four is a tenth of the largest or more: none is then `beyond` what
-/// is usual. Tells most records in a fraction of the time of usual_step.
+/// No step is missing, and more than one in four is a tenth of the largest or more: none is then `beyond` what is
+/// usual. Tells most records in a fraction of the time of usual_step.
 bool has_no_large_step(const Eigen::Ref<const FrameBlock>& frames, Index channel) {
   const Index count = frames.rows() - 1;
   if (count < 1) return true;

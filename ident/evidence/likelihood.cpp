@@ -117,18 +117,6 @@ double unexplained_of(const state_space::Fit& fit, const state_space::Problem& p
   return fit.noise.process.at(1) * std::sqrt(2.0 * problem.sample_rate_hz * columns.band_hz);
 }
 
-/// Of several channels, no other is far above its floor: what displacements are beside those may be zeros that wander.
-bool is_of_displacements(const state_space::Fit& fit, const state_space::Problem& problem) {
-  size_t others = 0;
-  for (size_t j = 0; j < problem.channels.size(); ++j) {
-    const state_space::Channel& channel = problem.channels[j];
-    if (channel.state == 0 && !channel.rate) continue;
-    if (fit.is_far_above_floor(j)) return false;
-    ++others;
-  }
-  return others > 0;
-}
-
 /// Among these candidates, positions in data.terms.
 Likelihood selected(const Statement& statement, const std::vector<int>& among, const std::vector<int>& first,
                     const RangeRows& rows, const RangeData& data, const std::vector<Columns>& recordings,
@@ -147,9 +135,9 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
       std::count_if(problem.channels.begin(), problem.channels.end(),
                     [](const state_space::Channel& channel) { return channel.wanders; });
   result.price = selection.price;
-  result.cost = selection.hopeless ? std::numeric_limits<double>::infinity()
-                                   : fit.J + selection.price * static_cast<double>(num_priced);
-  if (selection.hopeless) result.may_be_of_zeros = is_of_displacements(fit, problem);
+  result.cost = fit.J + selection.price * static_cast<double>(num_priced);
+  if (selection.hopeless) result.cost = std::numeric_limits<double>::infinity();
+  if (!std::isfinite(fit.residual_std.front())) result.cost = dsp::nan;
   if (!fit.converged()) {
     result.is_restless = !fit.settled && !selection.hopeless;
     result.silent_because =
@@ -184,17 +172,14 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
   return result;
 }
 
-/// Zeros of displacements wander in the place of constant ones: those that are known to, or all, by steps that are
-/// estimated. Whether there is one.
-bool let_wander(state_space::Problem& problem, const std::vector<Likelihood::Wander>& known = {}) {
+/// Zeros of displacements wander in the place of constant ones, by steps of this size (0: estimated). Whether there is
+/// a displacement.
+bool let_wander(state_space::Problem& problem, double step_std) {
   bool any = false;
   for (state_space::Channel& channel : problem.channels) {
     if (channel.state != 0 || channel.rate || channel.has_own_state()) continue;
-    const auto found = std::find_if(known.begin(), known.end(),
-                                    [&](const Likelihood::Wander& wander) { return wander.channel == channel.name; });
-    if (!known.empty() && found == known.end()) continue;
     channel.wanders = any = true;
-    channel.wander_std = known.empty() ? 0.0 : found->std / std::sqrt(problem.sample_rate_hz);
+    channel.wander_std = step_std;
     channel.offset = {};
   }
   return any;
@@ -211,12 +196,16 @@ std::vector<int> with_spring_and_damper(const std::vector<Index>& terms, const R
   return positions;
 }
 
+bool costs_less(double cost, const Likelihood& than) {
+  return std::isnan(than.cost) || cost < than.cost;
+}
+
 /// Whether it is worth a search: with these terms it is likelier than what was found.
 bool is_likelier(const Statement& wandering, const std::vector<int>& terms, const Likelihood& found, int num_threads) {
-  constexpr int enough = 120;  // those that are take 45 to 95
+  constexpr int enough = 120;  // driven oscillators whose sensor was drawn to wander took 45 to 95
   const state_space::Fit fit =
       state_space::fit(wandering.problem, {.terms = terms, .num_threads = num_threads, .most_linearised = enough});
-  return fit.converged() && fit.J + found.price * static_cast<double>(terms.size() + 1) < found.cost;
+  return fit.converged() && costs_less(fit.J + found.price * static_cast<double>(terms.size() + 1), found);
 }
 
 /// Without those whose square over the wider variance of a regression on the same terms is below its price there, the
@@ -260,17 +249,20 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   Likelihood result = select(among, first);
   if (result.is_restless && first.empty()) result = select(among, terms_of_rows(data));
   // A recorded force that is missing comes first. What of x alone is hopeless no wander mends: it takes up anything.
-  const bool may_wander = (result.speaks() ? result.has_unexplained() : result.may_be_of_zeros) &&
-                          !(result.missing && result.missing->is_recorded);
-  if (Statement wandering = may_wander ? statement : Statement{}; may_wander && let_wander(wandering.problem)) {
-    const std::vector<int> found = result.speaks() ? with_spring_and_damper(result.terms, data)
-                                   : first.empty() ? among
-                                                   : first;
+  const bool is_open = std::isfinite(result.cost) || statement.problem.channels.size() > 1;
+  const bool may_wander =
+      (result.speaks() ? result.has_unexplained() : is_open) && !(result.missing && result.missing->is_recorded);
+  if (Statement wandering = may_wander ? statement : Statement{}; may_wander && let_wander(wandering.problem, 0.0)) {
+    const std::vector<Index> of_rows = data.evidence.terms.value_or(std::vector<Index>{});
+    const std::vector<int> found = result.speaks()           ? with_spring_and_damper(result.terms, data)
+                                   : std::isnan(result.cost) ? with_spring_and_damper(of_rows, data)
+                                   : first.empty()           ? among
+                                                             : first;
     if (is_likelier(wandering, found, result, options.num_threads)) {
       std::swap(statement, wandering);
       Likelihood other = select(among, found);
       const bool explains = std::isfinite(result.cost) || !other.has_unexplained();
-      if (other.speaks() && !other.wanders.empty() && other.cost < result.cost && explains) return other;
+      if (other.speaks() && !other.wanders.empty() && costs_less(other.cost, result) && explains) return other;
       std::swap(statement, wandering);
     }
   }
@@ -284,7 +276,8 @@ std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range
   Statement statement = statement_of(range, rows, true, data, recordings);
   if (!statement.obstacle.empty()) return std::nullopt;
   state_space::Problem& problem = statement.problem;
-  if (!likelihood.wanders.empty()) (void)let_wander(problem, likelihood.wanders);
+  if (!likelihood.wanders.empty())
+    (void)let_wander(problem, likelihood.wanders.front().std / std::sqrt(problem.sample_rate_hz));
   std::vector<state_space::Term>& terms = problem.equations.terms;
   std::erase_if(terms, [](const state_space::Term& term) { return !term.known.has_value(); });
   for (size_t i = 0; i < likelihood.terms.size(); ++i)

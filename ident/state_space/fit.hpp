@@ -36,11 +36,6 @@ struct Fit {
   bool at_floor = false;  ///< no channel's residual exceeds its floor by more than that is uncertain
   /// Whether coefficients and covariance may be shown.
   [[nodiscard]] bool converged() const { return settled && at_floor; }
-  /// Of a channel, above what it may be: a floor is known within a factor of e, and noise need not be white.
-  [[nodiscard]] bool is_far_above_floor(std::size_t channel) const {
-    return !(residual_std[channel] <= far_above * floors[channel]);
-  }
-  static constexpr double far_above = 5.0;
   /// Standard deviation of the i-th of `parameters`.
   [[nodiscard]] double std(std::size_t i) const;
   /// `covariance` with each standard deviation the larger of its own and that of `scattered`.

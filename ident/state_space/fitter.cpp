@@ -282,13 +282,14 @@ bool Fitter::at_floor(const std::vector<double>& residual_std) const {
 }
 
 bool Fitter::is_hopeless() const {
+  constexpr double far_above = 5.0;  // a floor is known within a factor of e, and noise need not be white
   if (!linear_) return false;
   const std::vector<double> residual_std = residual_stds();
   for (size_t j = 0; j < residual_std.size(); ++j)
-    if (residual_std[j] > Fit::far_above * floors_[j]) return true;
-  // The spectrum of a random walk ends in half the noise of a sample that its steps are.
+    if (residual_std[j] > far_above * floors_[j]) return true;
+  // The spectrum of a random walk ends in the noise of half its step: a floor is no less than half a true one.
   return std::any_of(wanders_.begin(), wanders_.end(), [&](const Wander& wander) {
-    return steps_of(wander) > Fit::far_above * floors_[as_size(wander.channel)];
+    return steps_of(wander) > far_above * floors_[as_size(wander.channel)];
   });
 }
 

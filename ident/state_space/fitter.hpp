@@ -131,7 +131,7 @@ class Fitter {
   std::vector<int> speeds_, followers_,  ///< of an input, by a lag
       parameters_, all_parameters_;
   std::vector<Wander> wanders_;  ///< states that stand for channels
-  int num_threads_, parts_, num_linearised_ = 0, most_linearised_ = 0;
+  int num_threads_, parts_, num_linearised_ = 0, most_linearised_ = FitOptions{}.most_linearised;
   std::size_t num_given_channels_;
   Point point_;
   Noise noise_;

@@ -30,7 +30,6 @@ namespace ident {
 struct Likelihood {
   std::string silent_because;       ///< not empty: it does not speak, and nothing else is filled in
   bool is_restless = false;         ///< its search did not come to an end, though not for what the terms lack
-  bool may_be_of_zeros = true;      ///< that it is silent: where it is hopeless, by displacements beside other channels
   std::vector<Eigen::Index> terms;  ///< of the library, ascending
   Eigen::VectorXd mean;             ///< of their coefficients
   Eigen::MatrixXd covariance;       ///< with parameters of the channels unknown
@@ -47,7 +46,9 @@ struct Likelihood {
     double std = 0.0;
   };
   std::vector<Wander> wanders;
-  double cost = 0.0;                   ///< -2 log likelihood, with the price of terms and wanders
+  /// -2 log likelihood, with the price of terms and wanders; infinite where the channels stay far above their noise,
+  /// NaN where the equation could not be run through them.
+  double cost = 0.0;
   double price = 0.0;                  ///< by which -2 log likelihood must fall for a term to be kept
   double gain_of_process_noise = 0.0;  ///< by how much that falls where the equation need not hold exactly
   double unexplained_std = 0.0;  ///< m/s^2: white, within the band of the columns, what the equation does not explain

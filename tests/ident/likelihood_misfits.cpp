@@ -10,7 +10,7 @@
 #include "sim/simulate.hpp"
 
 // What intervals are worth where the model is wrong: a Duffing oscillator under two tones with something besides that
-// no candidate holds, x and f recorded, the default library.
+// no candidate holds, x, f and at times a recorded, the default library.
 
 namespace {
 
@@ -34,11 +34,11 @@ struct Draw {
 struct Besides {
   std::string name;
   std::function<double(double v)> force = [](double) { return 0.0; };
-  double white = 0.0;        ///< force of this rms, new at each sample
-  double late_s = 0.0;       ///< of the displacement sensor
-  double correlation = 0.0;  ///< of its noise from sample to sample
-  double wander = 0.0;       ///< of its zero from sample to sample, in parts of its noise
-  bool has_accelerometer = false;
+  double white = 0.0;          ///< force of this rms, new at each sample
+  double late_s = 0.0;         ///< of the displacement sensor
+  double correlation = 0.0;    ///< of its noise from sample to sample
+  double wander = 0.0;         ///< of its zero from sample to sample, in parts of its noise
+  double accelerometer = 0.0;  ///< its noise, in parts of what it shows; 0: there is none
 };
 
 dsp::Recording recording_of(const Besides& besides, std::uint64_t seed) {
@@ -51,7 +51,7 @@ dsp::Recording recording_of(const Besides& besides, std::uint64_t seed) {
   system.states = {"x", "v"};
   system.rhs = [&](double t, const double* s, int, double* rates) {
     rates[0] = s[1];
-    rates[1] = acceleration(s, t);
+    rates[1] = acceleration(s, t);  // which an accelerometer is not asked for beside a white force
     if (besides.white > 0.0) rates[1] += besides.white * white.normal(static_cast<std::uint64_t>(t * rate_hz + 1.0));
   };
   const sim::SimulateOptions options{.duration_s = duration_s,
@@ -67,15 +67,17 @@ dsp::Recording recording_of(const Besides& besides, std::uint64_t seed) {
     error = besides.correlation * error + (i == 0 ? 1.0 : fresh) * sensor.normal(static_cast<std::uint64_t>(i));
     zero += std * besides.wander * walk.normal(static_cast<std::uint64_t>(i));
     x(i) += std * error + zero;
-    a(i) = acceleration(motion.states.row(i), motion.time_s(i)) + 0.05 * other.normal(static_cast<std::uint64_t>(i));
+    a(i) = acceleration(motion.states.row(i), motion.time_s(i));
   }
   dsp::Recording recording{.name = "bench", .sample_rate_hz = rate_hz};
   recording.channels = {{.name = "laser", .role = dsp::Role::x, .unit = "m"},
                         {.name = "cell", .role = dsp::Role::f, .unit = "N"}};
-  recording.samples.resize(x.size(), besides.has_accelerometer ? 3 : 2);
+  recording.samples.resize(x.size(), besides.accelerometer > 0.0 ? 3 : 2);
   recording.samples.col(0) = x;
   recording.samples.col(1) = motion.time_s.unaryExpr([&](double t) { return draw.force(t); });
-  if (besides.has_accelerometer) {
+  if (besides.accelerometer > 0.0) {
+    const double of_a = besides.accelerometer * std::sqrt(a.squaredNorm() / static_cast<double>(a.size()));
+    for (Index i = 0; i < a.size(); ++i) a(i) += of_a * other.normal(static_cast<std::uint64_t>(i));
     recording.channels.push_back({.name = "accelerometer", .role = dsp::Role::a, .unit = "m/s^2"});
     recording.samples.col(2) = a;
   }
@@ -133,7 +135,7 @@ TEST_CASE("a zero of x that wanders is found, alone and beside an accelerometer"
   for (const auto& [besides, steps] :
        {std::pair{Besides{.name = "slow noise", .correlation = correlation},
                   std::sqrt(1.0 - correlation * correlation)},
-        std::pair{Besides{.name = "a walk", .wander = step, .has_accelerometer = true}, step}}) {
+        std::pair{Besides{.name = "a walk", .wander = step, .accelerometer = 0.003}, step}}) {
     CAPTURE(besides.name);
     const ident::RangeResult range = identified(besides, seed);
     REQUIRE(range.likelihood.speaks());

@@ -79,7 +79,7 @@ inline Ended expect(const Scratch& folder, const std::string& command, int code,
 /// Waits until `condition` holds; false after half a minute.
 template <class Condition>
 bool eventually(Condition&& condition) {
-  for (int i = 0; i < 15000; ++i) {
+  for (int i = 0; i < 60000; ++i) {
     if (condition()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
