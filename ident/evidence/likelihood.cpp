@@ -185,17 +185,18 @@ bool let_wander(state_space::Problem& problem, double step_std) {
   return any;
 }
 
-/// Positions of these terms, and of x and v, which slow noise hides first.
-std::vector<int> with_spring_and_damper(const std::vector<Index>& terms, const RangeData& data) {
-  std::vector<int> positions;
+/// These positions, and those of x and v, which slow noise hides first.
+std::vector<int> with_spring_and_damper(std::vector<int> positions, const RangeData& data) {
   for (size_t i = 0; i < data.terms.size(); ++i) {
     const std::string& name = data.library.terms[static_cast<size_t>(data.terms[i])].name;
-    if (name == "x" || name == "v" || std::find(terms.begin(), terms.end(), data.terms[i]) != terms.end())
-      positions.push_back(static_cast<int>(i));
+    if (name == "x" || name == "v") positions.push_back(static_cast<int>(i));
   }
+  std::sort(positions.begin(), positions.end());
+  positions.erase(std::unique(positions.begin(), positions.end()), positions.end());
   return positions;
 }
 
+/// Anything does where there is no cost.
 bool costs_less(double cost, const Likelihood& than) {
   return std::isnan(than.cost) || cost < than.cost;
 }
@@ -253,9 +254,9 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   const bool may_wander =
       (result.speaks() ? result.has_unexplained() : is_open) && !(result.missing && result.missing->is_recorded);
   if (Statement wandering = may_wander ? statement : Statement{}; may_wander && let_wander(wandering.problem, 0.0)) {
-    const std::vector<Index> of_rows = data.evidence.terms.value_or(std::vector<Index>{});
-    const std::vector<int> found = result.speaks()           ? with_spring_and_damper(result.terms, data)
-                                   : std::isnan(result.cost) ? with_spring_and_damper(of_rows, data)
+    const std::vector<int> found = result.speaks()
+                                       ? with_spring_and_damper(as_terms(positions_in(data, result.terms)), data)
+                                   : std::isnan(result.cost) ? with_spring_and_damper(terms_of_rows(data), data)
                                    : first.empty()           ? among
                                                              : first;
     if (is_likelier(wandering, found, result, options.num_threads)) {

@@ -76,7 +76,7 @@ inline Ended expect(const Scratch& folder, const std::string& command, int code,
   return ended;
 }
 
-/// Waits until `condition` holds; false after half a minute.
+/// Waits until `condition` holds; false after two minutes.
 template <class Condition>
 bool eventually(Condition&& condition) {
   for (int i = 0; i < 60000; ++i) {
