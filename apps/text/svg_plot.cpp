@@ -169,16 +169,17 @@ std::string line(const PlotSeries& series, const Frame& frame) {
   const auto is_point = [&, &x = xs, &y = ys](Index i) {
     return i < x.size() && std::isfinite(x(i)) && std::isfinite(y(i));
   };
-  std::optional<Pixel> before;
+  Pixel before{};
+  bool drawn = false;  // the point before
   for (Index i = 0; i < xs.size(); ++i) {
     if (!is_point(i)) {
-      before.reset();
+      drawn = false;
       continue;
     }
     const auto [x, y] = frame.at(xs(i), ys(i));
-    if (before && is_point(i + 1) && std::hypot(x - before->first, y - before->second) < least_step_px) continue;
-    path += fmt::format("{}{:.2f} {:.2f}", before ? "L" : "M", x, y);
-    before = {x, y};
+    if (drawn && is_point(i + 1) && std::hypot(x - before.first, y - before.second) < least_step_px) continue;
+    path += fmt::format("{}{:.2f} {:.2f}", drawn ? "L" : "M", x, y);
+    before = {x, y}, drawn = true;
   }
   if (path.empty()) return "";
   return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"{} stroke-linejoin=\"round\"/>\n",

@@ -97,19 +97,22 @@ void take_wanders(Likelihood& result, const state_space::Problem& problem, const
   }
 }
 
-std::optional<Explanation> missing_of(const state_space::Selection& selection, const Statement& statement,
-                                      const RangeData& data) {
+/// A barred term that is missing, and how coefficients, at these places of those sought, move with it.
+void take_missing(Likelihood& result, const state_space::Selection& selection, const std::vector<size_t>& places,
+                  const Statement& statement, const RangeData& data) {
   const auto found_outside =
       std::find_if(selection.outside.begin(), selection.outside.end(), [&](const state_space::Outside& one) {
         return std::cmp_greater_equal(one.term, data.terms.size()) && one.gain > undecided_evidence;
       });
-  if (found_outside == selection.outside.end()) return std::nullopt;
+  if (found_outside == selection.outside.end()) return;
   const state_space::Outside& best = *found_outside;
-  Explanation found = statement.outside[static_cast<size_t>(best.term) - data.terms.size()];
-  found.fraction = best.gain / std::max(best.gain, selection.fit.gain_of_process_noise);
+  Explanation& found = result.missing.emplace(statement.outside[static_cast<size_t>(best.term) - data.terms.size()]);
+  found.fraction = best.explains;
   for (const int term : best.instead_of)
     found.instead_of.push_back(data.library.terms[static_cast<size_t>(data.terms[static_cast<size_t>(term)])].name);
-  return found;
+  result.moved = -result.mean;
+  for (Index i = 0; i < result.moved.size(); ++i)
+    result.moved(i) += best.parameters[static_cast<size_t>(selection.fit.parameters[places[static_cast<size_t>(i)]])];
 }
 
 /// As Likelihood::unexplained_std.
@@ -152,18 +155,20 @@ Likelihood selected(const Statement& statement, const std::vector<int>& among, c
     }
   if (places.empty()) result.silent_because = "it keeps no term";
   const auto k = std::ssize(places);
+  const std::vector<double> covariance =
+      fit.gain_of_process_noise > Likelihood::beyond_doubt ? fit.wider() : fit.covariance;
   result.mean.resize(k), result.covariance.resize(k, k);
   for (Index i = 0; i < k; ++i) {
     const size_t at = places[static_cast<size_t>(i)];
     result.mean(i) = fit.point.parameters[static_cast<size_t>(fit.parameters[at])];
     for (Index j = 0; j < k; ++j)
-      result.covariance(i, j) = fit.covariance[at * fit.parameters.size() + places[static_cast<size_t>(j)]];
+      result.covariance(i, j) = covariance[at * fit.parameters.size() + places[static_cast<size_t>(j)]];
   }
   result.gain = Eigen::VectorXd::Constant(std::ssize(data.library.terms), dsp::nan);
   for (Index j = 0; j < num_terms; ++j)
     result.gain(data.terms[static_cast<size_t>(j)]) = selection.scores[static_cast<size_t>(j)].gain;
   take_sensors(result, problem, fit, static_cast<int>(problem.equations.terms.size()) - 1);
-  result.missing = missing_of(selection, statement, data);
+  take_missing(result, selection, places, statement, data);
   for (const state_space::Record& record : problem.records)
     result.num_samples += statement.thinned_by * static_cast<double>((!record.channels.array().isNaN()).count());
   result.gain_of_process_noise = fit.gain_of_process_noise;
@@ -209,21 +214,37 @@ bool is_likelier(const Statement& wandering, const std::vector<int>& terms, cons
   return fit.converged() && costs_less(fit.J + found.price * static_cast<double>(terms.size() + 1), found);
 }
 
-/// Without those whose square over the wider variance of a regression on the same terms is below its price there, the
-/// weakest first; the others as the covariance has them where one is zero. Positions in data.terms.
-std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData& data,
-                                   const IdentifyOptions& options) {
+/// Variances no smaller than those of a regression on the same terms, positions in data.terms, as far as those are
+/// wider because what is left over comes back with the state: then it counts once, however many rows show it.
+VectorXd with_returns(const VectorXd& variance, const std::vector<Index>& positions, const RangeData& data,
+                      const IdentifyOptions& options) {
+  if (data.evidence.as_they_are()) return variance;
   const auto method = std::find_if(options.methods.begin(), options.methods.end(), weighs_rows);
-  const RFactor& rows = data.evidence.as_they_are() ? data.data : data.evidence.data;
+  const Fit once = fit_on_terms(data.evidence.data, positions, *method, options.poll),
+            in_full = fit_on_terms(data.data, positions, *method, options.poll);
+  if (once.relevant != positions || in_full.relevant != positions) return variance;
+  const VectorXd of_rows = once.interval_covariance().diagonal(),
+                 by = of_rows.cwiseQuotient(in_full.interval_covariance().diagonal());
+  return variance.cwiseMax(of_rows.cwiseMin(variance.cwiseProduct(by)));
+}
+
+/// Where something is unexplained.
+void widen(Likelihood& likelihood, const RangeData& data, const IdentifyOptions& options) {
+  const VectorXd
+      own = likelihood.covariance.diagonal(),
+      by = with_returns(own, positions_in(data, likelihood.terms), data, options).cwiseQuotient(own).cwiseSqrt();
+  likelihood.covariance = by.asDiagonal() * likelihood.covariance * by.asDiagonal();
+}
+
+/// Without those whose square over their variance is below the price, the weakest first; the others as the covariance
+/// has them where one is zero. Positions in data.terms.
+std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData& data) {
   std::vector<Index> positions = positions_in(data, likelihood.terms);
   VectorXd mean = likelihood.mean;
   MatrixXd covariance = likelihood.covariance;
   while (positions.size() > 1) {
-    const Fit of_rows = fit_on_terms(rows, positions, *method, options.poll);
-    if (of_rows.relevant != positions) break;
-    const VectorXd wider = of_rows.interval_covariance().diagonal().cwiseMax(covariance.diagonal());
     Index weakest = 0;
-    if (mean.cwiseAbs2().cwiseQuotient(wider).minCoeff(&weakest) >= of_rows.tau) break;
+    if (mean.cwiseAbs2().cwiseQuotient(covariance.diagonal()).minCoeff(&weakest) >= likelihood.price) break;
     const VectorXd column = covariance.col(weakest) / covariance(weakest, weakest);
     mean -= column * mean(weakest);
     covariance -= covariance(weakest, weakest) * column * column.transpose();
@@ -235,10 +256,9 @@ std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData
   return as_terms(positions);
 }
 
-}  // namespace
-
-Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
-                         const std::vector<Columns>& recordings, const IdentifyOptions& options) {
+/// Its covariance does not know yet what is missing.
+Likelihood found_by(const Range& range, const RangeRows& rows, const RangeData& data,
+                    const std::vector<Columns>& recordings, const IdentifyOptions& options) {
   Statement statement = statement_of(range, rows.train, rows.test.empty(), data, recordings);
   if (!statement.obstacle.empty()) return {.silent_because = statement.obstacle};
   std::vector<int> among(data.terms.size());
@@ -249,10 +269,9 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
   const std::vector<int> first = first_terms(data);
   Likelihood result = select(among, first);
   if (result.is_restless && first.empty()) result = select(among, terms_of_rows(data));
-  // A recorded force that is missing comes first. What of x alone is hopeless no wander mends: it takes up anything.
-  const bool is_open = std::isfinite(result.cost) || statement.problem.channels.size() > 1;
+  // A recorded force that is missing comes first.
   const bool may_wander =
-      (result.speaks() ? result.has_unexplained() : is_open) && !(result.missing && result.missing->is_recorded);
+      (!result.speaks() || result.has_unexplained()) && !(result.missing && result.missing->is_recorded);
   if (Statement wandering = may_wander ? statement : Statement{}; may_wander && let_wander(wandering.problem, 0.0)) {
     const std::vector<int> found = result.speaks()
                                        ? with_spring_and_damper(as_terms(positions_in(data, result.terms)), data)
@@ -263,13 +282,29 @@ Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeD
       std::swap(statement, wandering);
       Likelihood other = select(among, found);
       const bool explains = std::isfinite(result.cost) || !other.has_unexplained();
-      if (other.speaks() && !other.wanders.empty() && costs_less(other.cost, result) && explains) return other;
-      std::swap(statement, wandering);
+      if (other.speaks() && !other.wanders.empty() && costs_less(other.cost, result) && explains)
+        result = std::move(other);
+      else
+        std::swap(statement, wandering);
     }
   }
+  const auto widened = [&](Likelihood found) {
+    if (found.speaks() && found.has_unexplained()) widen(found, data, options);
+    return found;
+  };
+  result = widened(std::move(result));
   if (!result.speaks() || !result.has_unexplained()) return result;
-  const std::vector<int> worth = worth_their_price(result, data, options);
-  return worth.size() == result.terms.size() ? result : select(worth, worth);
+  const std::vector<int> worth = worth_their_price(result, data);
+  return worth.size() == result.terms.size() ? result : widened(select(worth, worth));
+}
+
+}  // namespace
+
+Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
+                         const std::vector<Columns>& recordings, const IdentifyOptions& options) {
+  Likelihood result = found_by(range, rows, data, recordings, options);
+  if (result.missing) result.covariance += result.moved * result.moved.transpose();
+  return result;
 }
 
 std::optional<RecordedRun> run_through(const Likelihood& likelihood, const Range& range, const std::vector<Row>& rows,

@@ -12,9 +12,8 @@ struct RangeData;
 /// displacement, velocity or acceleration was recorded, with inputs that were recorded too or none, and where the fit
 /// reached the channels' own noise.
 /// Where something remains that the equation does not explain, or the fit did not reach the channels' noise, the zero
-/// of a displacement may wander, if no recorded signal is missing and the record is likelier by the price of a term;
-/// not where x alone stays far above its noise. What then remains counts what a term is worth by the wider interval of
-/// the regression, which knows how seldom a misfit comes back, and terms that are not worth their price are left out.
+/// of a displacement may wander, if no recorded signal is missing and the record is likelier by the price of a term.
+/// Where something remains then, terms that are not worth their price by the variances of Likelihood are left out.
 [[nodiscard]] Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
                                        const std::vector<Columns>& recordings, const IdentifyOptions& options);
 

@@ -145,7 +145,8 @@ bool same_outputs(const std::vector<Output>& a, const std::vector<Output>& b) {
 }
 
 /// What springs, dampers and friction are commonly made of.
-constexpr std::array usual_forms{"x", "v", "sgn(v)", "x^2", "x*v", "v^2", "x^3", "x^2*v", "x*v^2", "v^3", "abs(v)*v"};
+constexpr std::array usual_forms{"x",     "v",   "sgn(v)",   "x^2",    "x*v",      "v^2", "x^3", "x^2*v",
+                                 "x*v^2", "v^3", "abs(v)*v", "abs(x)", "abs(x)*x", "x^5", "t*x", "t*v"};
 
 /// What is no candidate and may be missing: usual forms, and signals that act from outside.
 std::vector<Explanation> outsiders(const RangeData& data, const dsp::Motion& signals) {

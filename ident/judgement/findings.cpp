@@ -301,7 +301,8 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
     return {tried.at_motion->cause, tried.at_motion};
   const bool misses = found.by_run != Verdict::describes || found.unexplained > matters_to_power;
   if (is_hidden(found) && misses && !found.fitted_to_its_rows) return {hiding_cause(fit)};
-  if (found.by_run == Verdict::describes && better_term_exists(fit, found)) return {tried.better->cause, tried.better};
+  if (better_term_exists(fit, found) && (found.by_run == Verdict::describes || tried.better->fraction > most_of_it))
+    return {tried.better->cause, tried.better};
   if (!found.above_noise) return {};
   if (lacks_form(fit, found)) return {Cause::missing_term, tried.form};
   if (lateness_s(fit)) return {Cause::late_input};

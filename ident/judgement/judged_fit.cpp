@@ -179,24 +179,16 @@ bool speaks_for(const RangeResult& result, const MethodOptions& method) {
          std::none_of(result.fits.begin(), result.fits.end(), [](const JudgedFit& fit) { return fit.by_likelihood; });
 }
 
-/// The terms and coefficients of the likelihood. Where it finds something that the equation does not explain, each
-/// interval is the wider of its own and that of the regression. Nothing where the rows do not tell its terms apart.
+/// The terms and coefficients of the likelihood. Nothing where the rows do not tell its terms apart.
 std::optional<Fit> fit_by(const Likelihood& likelihood, const RFactor& data, const RangeData& range,
                           const MethodOptions& method, const Poll& poll) {
   const std::vector<Index> positions = positions_in(range, likelihood.terms);
   Fit found = fit_on_terms(data, positions, method, poll);
   if (found.relevant != positions) return std::nullopt;
-  const VectorXd of_regression = found.interval_covariance().diagonal();
   found.mean = likelihood.mean;
   found.covariance = likelihood.covariance;
   found.covariance_weak.resize(0, 0);
   found.no_variance.clear();
-  if (likelihood.has_unexplained()) {
-    const VectorXd by = of_regression.cwiseQuotient(found.covariance.diagonal()).unaryExpr([](double ratio) {
-      return ratio > 1.0 ? std::sqrt(ratio) : 1.0;
-    });
-    found.covariance_weak = by.asDiagonal() * found.covariance * by.asDiagonal();
-  }
   found.evidence_gain.resize(std::ssize(range.terms));
   for (std::size_t i = 0; i < range.terms.size(); ++i)
     found.evidence_gain(static_cast<Index>(i)) = likelihood.gain(range.terms[i]);

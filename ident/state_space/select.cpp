@@ -113,21 +113,30 @@ std::vector<Choice> choices_outside(const Subsets& subsets, const Terms& terms, 
   for (const int term : barred) {
     const Terms best = best_near(subsets, with(terms, term), terms, price);
     if (const double gain = score(terms) - score(best); has(best, term) && gain > 0.0)
-      found.push_back({{term, gain, {}}, best});
+      found.push_back({{.term = term, .gain = gain}, best});
   }
   std::stable_sort(found.begin(), found.end(),
                    [](const Choice& a, const Choice& b) { return a.outside.gain > b.outside.gain; });
   return found;
 }
 
+/// Variance of the process noise of all speeds.
+double process_power(const Fitter& fitter, const Problem& problem) {
+  double sum = 0.0;
+  for (const int speed : speeds_of(problem.equations))
+    if (speed >= 0) sum += std::pow(fitter.standing().noise.process[static_cast<size_t>(speed)], 2);
+  return sum;
+}
+
 /// Fitted with it, as several forms seem to explain what one alone does.
-std::vector<Outside> outside_of(Fitter& fitter, const Subsets& subsets, const Terms& terms, const Terms& barred,
-                                double price) {
+std::vector<Outside> outside_of(Fitter& fitter, const Problem& problem, const Subsets& subsets, const Terms& terms,
+                                const Terms& barred, double price, bool is_noisy) {
   constexpr std::size_t most = 3;  // that are fitted
   std::vector<Choice> choices = choices_outside(subsets, terms, barred, price);
   choices.resize(std::min(choices.size(), most));
   const Fitter::Standing here = fitter.standing();
   const double before = fitter.J() + price * static_cast<double>(terms.size());
+  const double unexplained = process_power(fitter, problem);
   std::vector<Outside> found;
   for (const Choice& choice : choices) {
     fitter.stand(here);
@@ -135,6 +144,8 @@ std::vector<Outside> outside_of(Fitter& fitter, const Subsets& subsets, const Te
     fitter.move_to(choice.terms, Subsets(fitter).values(choice.terms));
     if (!fitter.refit() || !fitter.settle_noise(true)) continue;
     Outside& one = found.emplace_back(choice.outside);
+    one.parameters = fitter.point().parameters;
+    if (is_noisy) one.explains = std::max(0.0, 1.0 - process_power(fitter, problem) / unexplained);
     one.gain = before - fitter.J() - price * static_cast<double>(choice.terms.size());
     std::copy_if(terms.begin(), terms.end(), std::back_inserter(one.instead_of),
                  [&](int own) { return !has(choice.terms, own); });
@@ -250,7 +261,8 @@ Selection select_with(Fitter& fitter, const Problem& problem, const SelectOption
       spread_by_choice(subsets, terms, selection.scores, allowed, selection.fit.parameters, fitter.all_parameters());
   for (size_t i = 0; i < spread.size(); ++i) selection.fit.covariance[i] += spread[i];
   for (size_t i = 0; i < selection.fit.scattered.size(); ++i) selection.fit.scattered[i] += spread[i];
-  selection.outside = outside_of(fitter, subsets, terms, options.barred, selection.price);
+  selection.outside = outside_of(fitter, problem, subsets, terms, options.barred, selection.price,
+                                 selection.fit.gain_of_process_noise > 0.0);
   return selection;
 }
 

@@ -20,8 +20,10 @@ struct Score {
 /// than its price.
 struct Outside {
   int term = 0;
-  double gain = 0.0;            ///< of -2 log likelihood, less the price of the terms
-  std::vector<int> instead_of;  ///< of the selected ones
+  double gain = 0.0;               ///< of -2 log likelihood, less the price of the terms
+  double explains = 1.0;           ///< of the variance of the process noise, which falls by it
+  std::vector<int> instead_of;     ///< of the selected ones
+  std::vector<double> parameters;  ///< with it, as Layout has them
 };
 
 struct Selection {

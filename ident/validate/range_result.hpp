@@ -32,8 +32,11 @@ struct Likelihood {
   bool is_restless = false;         ///< its search did not come to an end, though not for what the terms lack
   std::vector<Eigen::Index> terms;  ///< of the library, ascending
   Eigen::VectorXd mean;             ///< of their coefficients
-  Eigen::MatrixXd covariance;       ///< with parameters of the channels unknown
-  Eigen::VectorXd gain;             ///< by how much -2 log likelihood falls with each term of the library; NaN: none
+  /// With parameters of the channels unknown. Where something is unexplained, variances are as state_space::Fit::wider
+  /// has them and those of a regression on the same terms as far as what is left over comes back with the state; where
+  /// something is missing they hold what the coefficients are with it.
+  Eigen::MatrixXd covariance;
+  Eigen::VectorXd gain;  ///< by how much -2 log likelihood falls with each term of the library; NaN: none
   struct Value {
     double mean = 0.0, std = 0.0;
   };
@@ -55,8 +58,9 @@ struct Likelihood {
   /// A recorded signal or a usual form that is no candidate, with which the equation is better by odds of 150; the
   /// best.
   std::optional<Explanation> missing;
+  Eigen::VectorXd moved;  ///< by which coefficients change with it; empty without one
   [[nodiscard]] bool speaks() const { return silent_because.empty(); }
-  /// What the equation does not explain is there with odds of 20,000: no interval of it alone may be shown.
+  /// What the equation does not explain is there with odds of 20,000.
   [[nodiscard]] bool has_unexplained() const { return gain_of_process_noise > beyond_doubt; }
   static constexpr double beyond_doubt = 20.0;
 };

@@ -108,6 +108,14 @@ TEST_CASE("what an equation lacks is process noise, and the score test names it"
   for (const int other : {0, 3, 7, 8})
     CHECK(without.scores[6].gain > without.scores[static_cast<std::size_t>(other)].gain);
   CHECK(without.scores[6].probability > 0.99);
+  REQUIRE_FALSE(without.outside.empty());
+  const Outside& best = without.outside.front();
+  CHECK(best.term == 6);
+  CHECK(best.explains > 0.8);
+  const Selection with = select(problem, {.fit = {.num_threads = 1}, .barred = {7, 8}});
+  for (const int term : {0, 6})
+    CHECK(best.parameters[static_cast<std::size_t>(term)] ==
+          Approx(with.fit.point.parameters[static_cast<std::size_t>(term)]).epsilon(0.01));
 }
 
 TEST_CASE("a fit that cannot reach the floor says so", "[ident][state_space]") {
