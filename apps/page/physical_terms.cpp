@@ -69,6 +69,7 @@ class RestoringTerms {
       if (is_acceleration(name) && !is_acceleration(model.target)) mass_ = VectorXd::Unit(num_terms_, i);
       const ident::Expression term(name);
       const auto& signals = term.signals();
+      changes_ = changes_ || std::find(signals.begin(), signals.end(), "t") != signals.end();
       if (!std::all_of(signals.begin(), signals.end(), [&](const auto& signal) {
             return signal == "x" || signal == "v" || signal == "dy" || (base_at_rest && signal == "y");
           }))
@@ -86,9 +87,9 @@ class RestoringTerms {
         if (base_at_rest || speed[0] == 'v') found.damping.push_back(derivative(term, speed, 1));
       terms_.push_back(std::move(found));
     }
-    is_motion_ = is_acceleration(model.target) || mass_;
+    is_motion_ = (is_acceleration(model.target) || mass_) && !changes_;
   }
-  /// Whether it is an equation of motion.
+  /// Whether it is an equation of motion, the same at all times.
   [[nodiscard]] bool is_motion() const { return is_motion_; }
 
   [[nodiscard]] Restoring at(double x) const {
@@ -156,7 +157,7 @@ class RestoringTerms {
   Index num_terms_;
   std::vector<Term> terms_;
   std::optional<VectorXd> mass_;
-  bool of_y_ = false, is_motion_ = false;
+  bool of_y_ = false, is_motion_ = false, changes_ = false;
 };
 
 bool has(const VectorXd& weights) {

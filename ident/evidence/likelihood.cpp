@@ -97,12 +97,24 @@ void take_wanders(Likelihood& result, const state_space::Problem& problem, const
   }
 }
 
+/// Mean time of the samples, s.
+double middle_of(const state_space::Problem& problem) {
+  double sum = 0.0, count = 0.0;
+  for (const state_space::Record& record : problem.records) {
+    const auto rows = static_cast<double>(record.channels.rows());
+    sum += rows * (record.begin_s + 0.5 * rows / problem.sample_rate_hz), count += rows;
+  }
+  return sum / count;
+}
+
 /// A barred term that is missing, and how coefficients, at these places of those sought, move with it.
 void take_missing(Likelihood& result, const state_space::Selection& selection, const std::vector<size_t>& places,
                   const Statement& statement, const RangeData& data) {
+  constexpr double hardly_any = 0.1;  // of what is left over: another law for that may be as good
   const auto found_outside =
       std::find_if(selection.outside.begin(), selection.outside.end(), [&](const state_space::Outside& one) {
-        return std::cmp_greater_equal(one.term, data.terms.size()) && one.gain > undecided_evidence;
+        return std::cmp_greater_equal(one.term, data.terms.size()) && one.gain > undecided_evidence &&
+               one.explains > hardly_any;
       });
   if (found_outside == selection.outside.end()) return;
   const state_space::Outside& best = *found_outside;
@@ -110,9 +122,16 @@ void take_missing(Likelihood& result, const state_space::Selection& selection, c
   found.fraction = best.explains;
   for (const int term : best.instead_of)
     found.instead_of.push_back(data.library.terms[static_cast<size_t>(data.terms[static_cast<size_t>(term)])].name);
+  // What changes with time, t times another term, has that term's coefficient as it is at the middle of the samples.
+  const bool changes = found.what.starts_with("t*");
+  const double middle_s = changes ? middle_of(statement.problem) : 0.0;
   result.moved = -result.mean;
-  for (Index i = 0; i < result.moved.size(); ++i)
-    result.moved(i) += best.parameters[static_cast<size_t>(selection.fit.parameters[places[static_cast<size_t>(i)]])];
+  for (size_t i = 0; i < places.size(); ++i) {
+    double& moved = result.moved(static_cast<Index>(i));
+    moved += best.parameters[static_cast<size_t>(selection.fit.parameters[places[i]])];
+    if (changes && found.what.substr(2) == data.library.terms[static_cast<size_t>(result.terms[i])].name)
+      moved += middle_s * best.parameters[static_cast<size_t>(best.term)];
+  }
 }
 
 /// As Likelihood::unexplained_std.
@@ -214,37 +233,42 @@ bool is_likelier(const Statement& wandering, const std::vector<int>& terms, cons
   return fit.converged() && costs_less(fit.J + found.price * static_cast<double>(terms.size() + 1), found);
 }
 
-/// Variances no smaller than those of a regression on the same terms, positions in data.terms, as far as those are
-/// wider because what is left over comes back with the state: then it counts once, however many rows show it.
-VectorXd with_returns(const VectorXd& variance, const std::vector<Index>& positions, const RangeData& data,
-                      const IdentifyOptions& options) {
-  if (data.evidence.as_they_are()) return variance;
+struct Worth {
+  VectorXd variance;
+  double price;  ///< of a term, by which its square over its variance is weighed
+};
+
+/// No smaller than that of a regression on the same terms, positions in data.terms, and by its price, where its rows do
+/// not count in full: what comes back with the state counts there once, however many rows show it. Otherwise a
+/// regression knows but how noisy derivatives are.
+Worth with_returns(const Worth& own, const std::vector<Index>& positions, const RangeData& data,
+                   const IdentifyOptions& options) {
+  if (data.evidence.as_they_are()) return own;
   const auto method = std::find_if(options.methods.begin(), options.methods.end(), weighs_rows);
-  const Fit once = fit_on_terms(data.evidence.data, positions, *method, options.poll),
-            in_full = fit_on_terms(data.data, positions, *method, options.poll);
-  if (once.relevant != positions || in_full.relevant != positions) return variance;
-  const VectorXd of_rows = once.interval_covariance().diagonal(),
-                 by = of_rows.cwiseQuotient(in_full.interval_covariance().diagonal());
-  return variance.cwiseMax(of_rows.cwiseMin(variance.cwiseProduct(by)));
+  const Fit of_rows = fit_on_terms(data.evidence.data, positions, *method, options.poll);
+  if (of_rows.relevant != positions) return own;
+  return {own.variance.cwiseMax(of_rows.interval_covariance().diagonal()), of_rows.tau};
 }
 
 /// Where something is unexplained.
 void widen(Likelihood& likelihood, const RangeData& data, const IdentifyOptions& options) {
-  const VectorXd
-      own = likelihood.covariance.diagonal(),
-      by = with_returns(own, positions_in(data, likelihood.terms), data, options).cwiseQuotient(own).cwiseSqrt();
+  const VectorXd own = likelihood.covariance.diagonal();
+  const Worth worth = with_returns({own, likelihood.price}, positions_in(data, likelihood.terms), data, options);
+  const VectorXd by = worth.variance.cwiseQuotient(own).cwiseSqrt();
   likelihood.covariance = by.asDiagonal() * likelihood.covariance * by.asDiagonal();
 }
 
-/// Without those whose square over their variance is below the price, the weakest first; the others as the covariance
-/// has them where one is zero. Positions in data.terms.
-std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData& data) {
+/// Without those whose square over such a variance is below such a price, the weakest first; the others as the
+/// covariance has them where one is zero. Positions in data.terms.
+std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData& data,
+                                   const IdentifyOptions& options) {
   std::vector<Index> positions = positions_in(data, likelihood.terms);
   VectorXd mean = likelihood.mean;
   MatrixXd covariance = likelihood.covariance;
   while (positions.size() > 1) {
+    const Worth worth = with_returns({covariance.diagonal(), likelihood.price}, positions, data, options);
     Index weakest = 0;
-    if (mean.cwiseAbs2().cwiseQuotient(covariance.diagonal()).minCoeff(&weakest) >= likelihood.price) break;
+    if (mean.cwiseAbs2().cwiseQuotient(worth.variance).minCoeff(&weakest) >= worth.price) break;
     const VectorXd column = covariance.col(weakest) / covariance(weakest, weakest);
     mean -= column * mean(weakest);
     covariance -= covariance(weakest, weakest) * column * column.transpose();
@@ -256,7 +280,7 @@ std::vector<int> worth_their_price(const Likelihood& likelihood, const RangeData
   return as_terms(positions);
 }
 
-/// Its covariance does not know yet what is missing.
+/// Its covariance does not know yet what comes back with the state or is missing.
 Likelihood found_by(const Range& range, const RangeRows& rows, const RangeData& data,
                     const std::vector<Columns>& recordings, const IdentifyOptions& options) {
   Statement statement = statement_of(range, rows.train, rows.test.empty(), data, recordings);
@@ -288,14 +312,14 @@ Likelihood found_by(const Range& range, const RangeRows& rows, const RangeData& 
         std::swap(statement, wandering);
     }
   }
-  const auto widened = [&](Likelihood found) {
-    if (found.speaks() && found.has_unexplained()) widen(found, data, options);
-    return found;
-  };
-  result = widened(std::move(result));
-  if (!result.speaks() || !result.has_unexplained()) return result;
-  const std::vector<int> worth = worth_their_price(result, data);
-  return worth.size() == result.terms.size() ? result : widened(select(worth, worth));
+  // With a form that explains most of the rest all of this is another fit, in which terms are worth something else.
+  constexpr double most = 0.5;
+  if (!result.speaks() || !result.has_unexplained() || (result.missing && result.missing->fraction > most))
+    return result;
+  const std::vector<int> worth = worth_their_price(result, data, options);
+  if (worth.size() == result.terms.size()) return result;
+  Likelihood of_worth = select(worth, worth);
+  return of_worth.speaks() && of_worth.wanders.empty() == result.wanders.empty() ? of_worth : result;
 }
 
 }  // namespace
@@ -303,6 +327,7 @@ Likelihood found_by(const Range& range, const RangeRows& rows, const RangeData& 
 Likelihood likelihood_of(const Range& range, const RangeRows& rows, const RangeData& data,
                          const std::vector<Columns>& recordings, const IdentifyOptions& options) {
   Likelihood result = found_by(range, rows, data, recordings, options);
+  if (result.speaks() && result.has_unexplained()) widen(result, data, options);
   if (result.missing) result.covariance += result.moved * result.moved.transpose();
   return result;
 }

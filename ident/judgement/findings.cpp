@@ -191,7 +191,7 @@ bool lacks_form(const JudgedFit& fit, const Findings& found) {
 }
 
 bool better_term_exists(const JudgedFit& fit, const Findings& found) {
-  return fit.explanations.better && !found.residual_negligible;
+  return imitates(fit) || (fit.explanations.better && !found.residual_negligible);
 }
 
 std::optional<double> lateness_s(const JudgedFit& fit) {
@@ -299,10 +299,11 @@ NamedCause cause_of(const RangeResult& range, const JudgedFit& fit, const Findin
   if (fails && is_driven(range, fit)) return {Cause::missing_input};
   if (tried.at_motion && !fails && (shows_alone(found) || tried.at_motion->fraction > most_of_it))
     return {tried.at_motion->cause, tried.at_motion};
+  if (fit.by_likelihood && range.likelihood.has_unexplained() && tried.better && tried.better->fraction > most_of_it)
+    return {tried.better->cause, tried.better};
   const bool misses = found.by_run != Verdict::describes || found.unexplained > matters_to_power;
   if (is_hidden(found) && misses && !found.fitted_to_its_rows) return {hiding_cause(fit)};
-  if (better_term_exists(fit, found) && (found.by_run == Verdict::describes || tried.better->fraction > most_of_it))
-    return {tried.better->cause, tried.better};
+  if (found.by_run == Verdict::describes && better_term_exists(fit, found)) return {tried.better->cause, tried.better};
   if (!found.above_noise) return {};
   if (lacks_form(fit, found)) return {Cause::missing_term, tried.form};
   if (lateness_s(fit)) return {Cause::late_input};

@@ -247,9 +247,14 @@ constexpr std::array rules{
                 .holds = [](const Evidence& of) { return !of.found.biased.empty(); }},
     VerdictRule{.name = "imitates",
                 .at_most = Verdict::does_not,
-                .condition = "With a usual form that was no candidate in place of kept terms the equation is better",
+                .condition = "With a usual form that was no candidate in place of kept terms the equation is better, "
+                             "and x is not followed with next to nothing left over",
                 .reason = "odds of 150 or more for the form, by the score that selects terms",
-                .holds = [](const Evidence& of) { return imitates(of.fit); }},
+                .holds =
+                    [](const Evidence& of) {
+                      const bool follows = of.found.by_run == Verdict::describes && of.found.residual_negligible;
+                      return imitates(of.fit) && !follows;
+                    }},
     VerdictRule{.name = "lacks_form",
                 .at_most = Verdict::does_not,
                 .condition = "A usual form that was no candidate explains more than half of what is left over beside "
@@ -336,7 +341,8 @@ constexpr std::array rules{
                 .holds = has_left_over},
     VerdictRule{.name = "lacks_better",
                 .at_most = Verdict::in_part,
-                .condition = "With a usual form that was no candidate beside the kept terms the equation is better",
+                .condition = "With a usual form that was no candidate beside kept terms, or in place of them, the "
+                             "equation is better",
                 .reason = "odds of 150 or more for the form, by the score that selects terms",
                 .holds = [](const Evidence& of) { return better_term_exists(of.fit, of.found); }},
     VerdictRule{.name = "doubtful",

@@ -45,6 +45,7 @@ class Fitter {
   bool refit_softly();
   /// No step is tried any more: such a search would not come to rest.
   [[nodiscard]] bool is_spent() const { return num_linearised_ > most_linearised_; }
+  void begin_anew() { num_linearised_ = 0; }  ///< with other terms it is another search
   /// Whether the point has a likelihood at all.
   [[nodiscard]] bool is_finite() const { return linear_.has_value(); }
   /// Where the search stands, and back to there: what it seeks is to be said again.

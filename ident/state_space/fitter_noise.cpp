@@ -217,7 +217,7 @@ void Fitter::settle() {
 }
 
 void Fitter::settle_again() {
-  num_linearised_ = 0;  // with fewer terms it is another search
+  begin_anew();
   const bool stands = settle_noise(true) && refine_steps();
   if (!exceeds_floor()) {
     gain_of_process_noise_ = 0.0;

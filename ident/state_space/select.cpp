@@ -134,13 +134,16 @@ std::vector<Outside> outside_of(Fitter& fitter, const Problem& problem, const Su
   constexpr std::size_t most = 3;  // that are fitted
   std::vector<Choice> choices = choices_outside(subsets, terms, barred, price);
   choices.resize(std::min(choices.size(), most));
+  if (choices.empty()) return {};
   const Fitter::Standing here = fitter.standing();
-  const double before = fitter.J() + price * static_cast<double>(terms.size());
-  const double unexplained = process_power(fitter, problem);
+  (void)fitter.settle_noise(true);  // as with each of them
+  const double before = fitter.J() + price * static_cast<double>(terms.size()),
+               unexplained = process_power(fitter, problem);
   std::vector<Outside> found;
   for (const Choice& choice : choices) {
     fitter.stand(here);
     fitter.seek(terms);
+    fitter.begin_anew();
     fitter.move_to(choice.terms, Subsets(fitter).values(choice.terms));
     if (!fitter.refit() || !fitter.settle_noise(true)) continue;
     Outside& one = found.emplace_back(choice.outside);

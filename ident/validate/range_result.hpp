@@ -33,8 +33,8 @@ struct Likelihood {
   std::vector<Eigen::Index> terms;  ///< of the library, ascending
   Eigen::VectorXd mean;             ///< of their coefficients
   /// With parameters of the channels unknown. Where something is unexplained, variances are as state_space::Fit::wider
-  /// has them and those of a regression on the same terms as far as what is left over comes back with the state; where
-  /// something is missing they hold what the coefficients are with it.
+  /// has them and, where rows of a regression do not count in full, no smaller than its own; where something is
+  /// missing they hold what the coefficients are with it.
   Eigen::MatrixXd covariance;
   Eigen::VectorXd gain;  ///< by how much -2 log likelihood falls with each term of the library; NaN: none
   struct Value {
