@@ -64,12 +64,13 @@ class RestoringTerms {
  public:
   RestoringTerms(const ident::Model& model, bool base_at_rest)
       : sign_(is_acceleration(model.target) ? -1.0 : 1.0), num_terms_(std::ssize(model.terms)) {
+    bool changes = false;  // with time
     for (Index i = 0; i < num_terms_; ++i) {
       const std::string& name = model.terms[static_cast<std::size_t>(i)].name;
       if (is_acceleration(name) && !is_acceleration(model.target)) mass_ = VectorXd::Unit(num_terms_, i);
       const ident::Expression term(name);
       const auto& signals = term.signals();
-      changes_ = changes_ || std::find(signals.begin(), signals.end(), "t") != signals.end();
+      changes = changes || std::find(signals.begin(), signals.end(), "t") != signals.end();
       if (!std::all_of(signals.begin(), signals.end(), [&](const auto& signal) {
             return signal == "x" || signal == "v" || signal == "dy" || (base_at_rest && signal == "y");
           }))
@@ -87,7 +88,7 @@ class RestoringTerms {
         if (base_at_rest || speed[0] == 'v') found.damping.push_back(derivative(term, speed, 1));
       terms_.push_back(std::move(found));
     }
-    is_motion_ = (is_acceleration(model.target) || mass_) && !changes_;
+    is_motion_ = (is_acceleration(model.target) || mass_) && !changes;
   }
   /// Whether it is an equation of motion, the same at all times.
   [[nodiscard]] bool is_motion() const { return is_motion_; }
@@ -157,7 +158,7 @@ class RestoringTerms {
   Index num_terms_;
   std::vector<Term> terms_;
   std::optional<VectorXd> mass_;
-  bool of_y_ = false, is_motion_ = false, changes_ = false;
+  bool of_y_ = false, is_motion_ = false;
 };
 
 bool has(const VectorXd& weights) {

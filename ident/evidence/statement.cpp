@@ -144,7 +144,7 @@ bool same_outputs(const std::vector<Output>& a, const std::vector<Output>& b) {
                     [](const Output& one, const Output& other) { return one.order == other.order; });
 }
 
-/// What springs, dampers and friction are commonly made of.
+/// What springs, dampers and friction are commonly made of, and springs and dampers that change with time.
 constexpr std::array usual_forms{"x",     "v",   "sgn(v)",   "x^2",    "x*v",      "v^2", "x^3", "x^2*v",
                                  "x*v^2", "v^3", "abs(v)*v", "abs(x)", "abs(x)*x", "x^5", "t*x", "t*v"};
 

@@ -72,6 +72,8 @@ class Fitter {
   void gradient() const&& = delete;
   [[nodiscard]] const Point& point() const& { return point_; }
   void point() const&& = delete;
+  [[nodiscard]] const Noise& noise() const& { return noise_; }
+  void noise() const&& = delete;
   [[nodiscard]] const Layout& layout() const& { return problem_.model().layout(); }
   void layout() const&& = delete;
   [[nodiscard]] const Smoothed& smoothed() const& { return smoothed_; }

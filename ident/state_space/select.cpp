@@ -121,10 +121,10 @@ std::vector<Choice> choices_outside(const Subsets& subsets, const Terms& terms, 
 }
 
 /// Variance of the process noise of all speeds.
-double process_power(const Fitter& fitter, const Problem& problem) {
+double process_power(const Noise& noise, const Problem& problem) {
   double sum = 0.0;
   for (const int speed : speeds_of(problem.equations))
-    if (speed >= 0) sum += std::pow(fitter.standing().noise.process[static_cast<size_t>(speed)], 2);
+    if (speed >= 0) sum += std::pow(noise.process[static_cast<size_t>(speed)], 2);
   return sum;
 }
 
@@ -138,7 +138,7 @@ std::vector<Outside> outside_of(Fitter& fitter, const Problem& problem, const Su
   const Fitter::Standing here = fitter.standing();
   (void)fitter.settle_noise(true);  // as with each of them
   const double before = fitter.J() + price * static_cast<double>(terms.size()),
-               unexplained = process_power(fitter, problem);
+               unexplained = process_power(fitter.noise(), problem);
   std::vector<Outside> found;
   for (const Choice& choice : choices) {
     fitter.stand(here);
@@ -148,7 +148,7 @@ std::vector<Outside> outside_of(Fitter& fitter, const Problem& problem, const Su
     if (!fitter.refit() || !fitter.settle_noise(true)) continue;
     Outside& one = found.emplace_back(choice.outside);
     one.parameters = fitter.point().parameters;
-    if (is_noisy) one.explains = std::max(0.0, 1.0 - process_power(fitter, problem) / unexplained);
+    if (is_noisy) one.explains = std::max(0.0, 1.0 - process_power(fitter.noise(), problem) / unexplained);
     one.gain = before - fitter.J() - price * static_cast<double>(choice.terms.size());
     std::copy_if(terms.begin(), terms.end(), std::back_inserter(one.instead_of),
                  [&](int own) { return !has(choice.terms, own); });

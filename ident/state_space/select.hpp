@@ -21,7 +21,7 @@ struct Score {
 struct Outside {
   int term = 0;
   double gain = 0.0;               ///< of -2 log likelihood, less the price of the terms
-  double explains = 1.0;           ///< of the variance of the process noise, which falls by it
+  double explains = 1.0;           ///< of the variance of the process noise, which falls by it; 1 where there is none
   std::vector<int> instead_of;     ///< of the selected ones
   std::vector<double> parameters;  ///< with it, as Layout has them
 };
