@@ -64,8 +64,8 @@ struct Findings {
 /// A usual form that is no candidate explains most of what is left over beside noise: the record itself shows the term
 /// that is missing, however well the rest is followed.
 [[nodiscard]] bool lacks_form(const JudgedFit& fit, const Findings& found);
-/// With a form that is no candidate the equation is better, and what it leaves over without is more than sensors that
-/// are not linear make.
+/// With a form that is no candidate the equation is better, and kept terms only imitate it, or what is left over
+/// without it is more than sensors that are not linear make.
 [[nodiscard]] bool better_term_exists(const JudgedFit& fit, const Findings& found);
 
 /// By how much the motion answers late what drives it in the equation, where that is far beyond what its sensors may be

@@ -58,7 +58,9 @@ struct Likelihood {
   /// A recorded signal or a usual form that is no candidate, with which the equation is better by odds of 150; the
   /// best.
   std::optional<Explanation> missing;
-  Eigen::VectorXd moved;  ///< by which coefficients change with it; empty without one
+  /// By which coefficients change with it, that of S with t*S to what it is at the middle of the samples; empty
+  /// without.
+  Eigen::VectorXd moved;
   [[nodiscard]] bool speaks() const { return silent_because.empty(); }
   /// What the equation does not explain is there with odds of 20,000.
   [[nodiscard]] bool has_unexplained() const { return gain_of_process_noise > beyond_doubt; }
